@@ -1,0 +1,87 @@
+//! Why something is no camera.
+
+use std::fmt;
+
+use super::{MODELS, Param, ParamClass};
+
+/// Why something is no camera.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum CameraError {
+    /// No model has this name or number.
+    #[error("{0}")]
+    UnknownModel(ModelName),
+    /// A model was given too few or too many parameters.
+    #[error("{model} takes {want} parameters, found {got}")]
+    ParamCount {
+        /// The model's name.
+        model: &'static str,
+        /// How many it takes.
+        want: usize,
+        /// How many it was given.
+        got: usize,
+    },
+    /// A focal length is NaN or infinite.
+    #[error("the focal length is not finite")]
+    FocalLengthNotFinite,
+    /// The principal point is NaN or infinite.
+    #[error("the principal point is not finite")]
+    PrincipalPointNotFinite,
+    /// Another parameter is NaN or infinite.
+    #[error("{name} is {value}, not a finite number")]
+    DistortionNotFinite {
+        /// The parameter's name.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+    },
+}
+
+impl CameraError {
+    pub(super) fn not_finite(param: &Param, value: f64) -> Self {
+        match param.class {
+            ParamClass::Focal => Self::FocalLengthNotFinite,
+            ParamClass::PrincipalPoint => Self::PrincipalPointNotFinite,
+            ParamClass::Extra | ParamClass::Metadata => {
+                Self::DistortionNotFinite { name: param.name, value }
+            }
+        }
+    }
+}
+
+/// How a file named a model that does not exist.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum ModelName {
+    /// By name, in text.
+    Text(String),
+    /// By number, in binary.
+    Id(i32),
+}
+
+impl fmt::Display for ModelName {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Self::Id(id) => write!(f, "no camera model has the id {id}"),
+            Self::Text(name) => {
+                write!(f, "no camera model is called `{}`", name.escape_debug())?;
+                match nearest(name) {
+                    Some(known) => write!(f, ": did you mean {known}?"),
+                    None => Ok(()),
+                }
+            }
+        }
+    }
+}
+
+/// The known name nearest to this one, when it is near enough to be a slip of the keyboard.
+fn nearest(name: &str) -> Option<&'static str> {
+    /// Below this similarity the guess would be noise: `banana` reaches 0.3 with some model.
+    const NEAR: f64 = 0.75;
+    let upper = name.to_uppercase();
+    let similarity = |known: &str| strsim::normalized_damerau_levenshtein(&upper, known);
+    MODELS
+        .iter()
+        .map(|model| (similarity(model.name), model.name))
+        .filter(|(near, _)| *near >= NEAR)
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .map(|(_, known)| known)
+}

@@ -1,0 +1,194 @@
+//! Camera models: the one list of them, their names and parameters.
+//!
+//! Knows nothing of images, files or scenes. Pixels follow COLMAP: the centre of the first one is (0.5, 0.5).
+
+mod error;
+mod param;
+
+pub use error::{CameraError, ModelName};
+pub use param::{Param, ParamClass};
+
+/// What a camera model states about itself.
+pub trait CameraModel<const N: usize> {
+    /// Its name in a cameras.txt.
+    const NAME: &str;
+    /// Its number in a cameras.bin; none for the models that calibstab alone has.
+    const COLMAP_ID: Option<i32>;
+    /// Its parameters, in file order.
+    const PARAMS: [Param; N];
+}
+
+/// A camera model, as data.
+#[derive(Debug)]
+pub struct Model {
+    /// Its name in a cameras.txt.
+    pub name: &'static str,
+    /// Its number in a cameras.bin; none for the models that calibstab alone has.
+    pub colmap_id: Option<i32>,
+    /// Its parameters, in file order.
+    pub params: &'static [Param],
+    build: fn(&[f64]) -> Option<Intrinsics>,
+}
+
+/// Makes the list: the module, the type and the enum variant of every model, from one line each.
+macro_rules! models {
+    ($($file:ident :: $Model:ident [$n:literal]),+ $(,)?) => {
+        $(
+            mod $file;
+            #[doc = concat!("The model of this name; `camera/", stringify!($file), ".rs` says what it is.")]
+            pub struct $Model;
+
+            impl $Model {
+                const MODEL: Model = Model {
+                    name: $Model::NAME,
+                    colmap_id: $Model::COLMAP_ID,
+                    params: &$Model::PARAMS,
+                    build: |params| Some(Intrinsics::$Model(params.try_into().ok()?)),
+                };
+            }
+        )+
+
+        /// A camera model with its parameters, in file order.
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        #[allow(missing_docs)] // each variant is the model type of the same name
+        pub enum Intrinsics {
+            $($Model([f64; $n]),)+
+        }
+
+        /// Every camera model, COLMAP's first, in the order of their ids.
+        pub static MODELS: &[Model] = &[$($Model::MODEL),+];
+
+        impl Intrinsics {
+            /// The model these parameters belong to.
+            pub fn model(&self) -> &'static Model {
+                match self {
+                    $(Self::$Model(_) => &$Model::MODEL,)+
+                }
+            }
+
+            /// The parameters, in file order.
+            pub fn params(&self) -> &[f64] {
+                match self {
+                    $(Self::$Model(params) => params,)+
+                }
+            }
+        }
+    };
+}
+
+models! {
+    simple_pinhole::SimplePinhole[3],
+    pinhole::Pinhole[4],
+    simple_radial::SimpleRadial[4],
+    radial::Radial[5],
+    opencv::OpenCv[8],
+    opencv_fisheye::OpenCvFisheye[8],
+    full_opencv::FullOpenCv[12],
+    fov::Fov[5],
+    simple_radial_fisheye::SimpleRadialFisheye[4],
+    radial_fisheye::RadialFisheye[5],
+    thin_prism_fisheye::ThinPrismFisheye[12],
+    rad_tan_thin_prism_fisheye::RadTanThinPrismFisheye[16],
+    simple_division::SimpleDivision[4],
+    division::Division[5],
+    simple_fisheye::SimpleFisheye[3],
+    fisheye::Fisheye[4],
+    eucm::Eucm[6],
+    equirectangular::Equirectangular[2],
+    rad_tan::RadTan[9],
+    ucm::Ucm[5],
+    double_sphere::DoubleSphere[6],
+    f_theta::FTheta[6],
+    bal_pinhole::BalPinhole[6],
+    bal_strict::BalStrict[3],
+}
+
+impl Model {
+    /// The model of this name.
+    pub fn named(name: &str) -> Result<&'static Self, CameraError> {
+        MODELS
+            .iter()
+            .find(|model| model.name == name)
+            .ok_or_else(|| CameraError::UnknownModel(ModelName::Text(name.to_owned())))
+    }
+
+    /// The model of this number in a cameras.bin.
+    pub fn with_colmap_id(id: i32) -> Result<&'static Self, CameraError> {
+        MODELS
+            .iter()
+            .find(|model| model.colmap_id == Some(id))
+            .ok_or(CameraError::UnknownModel(ModelName::Id(id)))
+    }
+
+    /// This model with these parameters, in file order: as many as it has, each finite.
+    pub fn with_params(&self, params: &[f64]) -> Result<Intrinsics, CameraError> {
+        let want = self.params.len();
+        let count = CameraError::ParamCount { model: self.name, want, got: params.len() };
+        let intrinsics = (self.build)(params).ok_or(count)?;
+        for (param, &value) in self.params.iter().zip(params) {
+            if !value.is_finite() {
+                return Err(CameraError::not_finite(param, value));
+            }
+        }
+        Ok(intrinsics)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_ids_of_colmap_are_0_to_17_in_order() {
+        let ids: Vec<i32> = MODELS.iter().filter_map(|model| model.colmap_id).collect();
+        assert_eq!(ids, (0..18).collect::<Vec<i32>>());
+    }
+
+    #[test]
+    fn names_of_models_and_of_their_parameters_are_unique() {
+        for (index, model) in MODELS.iter().enumerate() {
+            assert!(MODELS[..index].iter().all(|other| other.name != model.name));
+            for (at, param) in model.params.iter().enumerate() {
+                assert!(model.params[..at].iter().all(|p| p.name != param.name), "{}", model.name);
+            }
+        }
+    }
+
+    #[test]
+    fn every_model_takes_its_own_count_of_parameters_and_no_other() {
+        for model in MODELS {
+            let params = vec![0.5; model.params.len()];
+            let made = model.with_params(&params).unwrap();
+            assert_eq!(made.model().name, model.name);
+            assert_eq!(made.params(), params);
+            for got in [params.len() - 1, params.len() + 1] {
+                let error = model.with_params(&vec![0.5; got]).unwrap_err();
+                let want = params.len();
+                assert_eq!(error, CameraError::ParamCount { model: model.name, want, got });
+            }
+        }
+    }
+
+    #[test]
+    fn a_parameter_that_is_no_number_is_refused_by_its_class() {
+        let model = Model::named("OPENCV").unwrap();
+        let mut params = [500.0, 500.0, 320.0, 240.0, 0.1, 0.1, 0.0, 0.0];
+        for (index, want) in [
+            (1, CameraError::FocalLengthNotFinite),
+            (2, CameraError::PrincipalPointNotFinite),
+            (5, CameraError::DistortionNotFinite { name: "k2", value: f64::INFINITY }),
+        ] {
+            let before = std::mem::replace(&mut params[index], f64::INFINITY);
+            assert_eq!(model.with_params(&params).unwrap_err(), want);
+            params[index] = before;
+        }
+    }
+
+    #[test]
+    fn an_unknown_name_suggests_a_near_one() {
+        let message = |name| Model::named(name).unwrap_err().to_string();
+        assert!(message("OPENCV_FISHEY").ends_with("did you mean OPENCV_FISHEYE?"));
+        assert!(message("opencv").ends_with("did you mean OPENCV?"));
+        assert!(!message("banana").contains("did you mean"));
+    }
+}

@@ -1,0 +1,3 @@
+//! The command line; `cli` is all of it.
+
+fn main() {}

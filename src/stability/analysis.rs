@@ -1,0 +1,256 @@
+//! The result of an analysis, as plain data: everything that a report shows, and nothing about how it is shown.
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+/// The version of the shape below; grows when a reader of older files would go wrong.
+pub const SCHEMA_VERSION: u32 = 1;
+
+/// How repeatable the cameras of some runs are.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct Analysis {
+    /// The version of this shape.
+    pub schema_version: u32,
+    /// What was analysed, by what, and how.
+    pub provenance: Provenance,
+    /// Every run that was read, by group and name.
+    pub runs: Vec<RunRecord>,
+    /// Runs that could not be read and were skipped on request.
+    pub skipped: Vec<Skipped>,
+    /// Every camera of every group, by camera, model, image size and group.
+    pub populations: Vec<Population>,
+    /// What a reader must know before believing the numbers.
+    pub findings: Vec<Finding>,
+}
+
+/// What was analysed, by what, and how.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct Provenance {
+    /// The calibstab that made the analysis.
+    pub calibstab_version: String,
+    /// Options that bear on the result.
+    pub options: Options,
+}
+
+/// Options that bear on the result.
+#[derive(Debug, Clone, Default, Serialize, JsonSchema)]
+pub struct Options {
+    /// How cameras of different runs are matched; none: by the first rule that decides.
+    pub match_by: Option<MatchRule>,
+    /// The cameras of a group's runs are samples of one physical camera.
+    pub pool: bool,
+    /// Runs that are flagged do not enter the statistics.
+    pub exclude_flagged: bool,
+}
+
+/// A rule by which cameras of different runs are taken for the same.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum MatchRule {
+    /// They took images of the same names, or of the same folder, or of names alike.
+    Images,
+    /// They have the same CAMERA_ID.
+    Id,
+    /// Each run has only one.
+    Single,
+}
+
+/// One run that was read.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct RunRecord {
+    /// The group it belongs to.
+    pub group: String,
+    /// Its name within the group.
+    pub run: String,
+    /// The files it was read from.
+    pub files: Vec<InputFile>,
+    /// Images registered; none when only cameras were given.
+    pub image_count: Option<usize>,
+    /// Points triangulated; none when only cameras were given.
+    pub point_count: Option<usize>,
+    /// Observations of those points; none when only cameras were given.
+    pub observation_count: Option<usize>,
+    /// The run of the same group whose cameras are the same to the last bit; it counts, this one does not.
+    pub duplicate_of: Option<String>,
+    /// Why the run is suspect, in words; empty when it is not.
+    pub flags: Vec<String>,
+    /// Whether it entered the statistics.
+    pub is_used: bool,
+}
+
+/// A file that was read.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct InputFile {
+    /// Its path as it was found from the paths given.
+    pub path: String,
+    /// SHA-256 of its content, in hexadecimal.
+    pub sha256: String,
+}
+
+/// A run that could not be read.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct Skipped {
+    /// Its path.
+    pub path: String,
+    /// Why it could not be read.
+    pub reason: String,
+}
+
+/// One camera of one group, with one model and image size.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct Population {
+    /// The group.
+    pub group: String,
+    /// The physical camera.
+    pub camera: String,
+    /// Its camera model, under its name in a cameras.txt.
+    pub model: String,
+    /// Width of its images, in px.
+    pub width: u64,
+    /// Height of its images, in px.
+    pub height: u64,
+    /// Its parameters, in file order.
+    pub parameters: Vec<Parameter>,
+    /// How distortion went with the focal length across the runs.
+    pub compensation: Vec<Compensation>,
+}
+
+/// One parameter of one population.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct Parameter {
+    /// Its name in the camera model.
+    pub name: String,
+    /// What it does.
+    pub class: ParameterClass,
+    /// One a run, in the order of the runs.
+    pub samples: Vec<Sample>,
+    /// Over the samples that were estimated; none with fewer than two of them.
+    pub statistics: Option<Statistics>,
+}
+
+/// What a parameter does: COLMAP's classes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum ParameterClass {
+    /// A focal length, in px (FTHETA: px/rad).
+    Focal,
+    /// A coordinate of the principal point, in px.
+    PrincipalPoint,
+    /// Distortion and all else that is estimated.
+    Extra,
+    /// Part of the camera's description, never estimated.
+    Metadata,
+}
+
+/// One parameter in one run.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct Sample {
+    /// The run.
+    pub run: String,
+    /// What is known about how the value came about.
+    pub state: SampleState,
+    /// The value; none when the run has none.
+    pub value: Option<f64>,
+}
+
+/// What is known about how a sample came about.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum SampleState {
+    /// It was estimated in this run.
+    Estimated,
+    /// It was not refined, as far as can be told: bit-equal between runs that differ otherwise, or a principal point
+    /// exactly at the image centre in all of them.
+    PresumedHeld,
+    /// One run alone cannot tell.
+    Unknown,
+    /// The run did not reconstruct this camera.
+    Failed,
+}
+
+/// Statistics of the estimated samples of one parameter.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct Statistics {
+    /// How many samples.
+    pub n: usize,
+    /// Arithmetic mean.
+    pub mean: f64,
+    /// Sample standard deviation, with n - 1.
+    pub std: f64,
+    /// std / |mean|, where the mean is far from zero.
+    pub relative_std: Option<f64>,
+    /// 95 % confidence interval of the standard deviation (chi-square: normal samples).
+    pub std_interval_95: [f64; 2],
+    /// Least sample.
+    pub min: f64,
+    /// First quartile, type 7 of Hyndman and Fan (numpy's default).
+    pub q1: f64,
+    /// Median.
+    pub median: f64,
+    /// Third quartile, type 7.
+    pub q3: f64,
+    /// Greatest sample.
+    pub max: f64,
+    /// 1.4826 times the median absolute deviation from the median.
+    pub mad_std: f64,
+    /// Furthest samples within 1.5 interquartile ranges of the quartiles.
+    pub whiskers: [f64; 2],
+    /// Runs whose sample lies beyond the whiskers.
+    pub outliers: Vec<String>,
+}
+
+/// How one distortion parameter went with one focal length across the runs.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct Compensation {
+    /// Name of the focal length.
+    pub focal: String,
+    /// Name of the distortion parameter.
+    pub distortion: String,
+    /// How many runs estimated both.
+    pub n: usize,
+    /// Pearson's correlation over them; none with fewer than three or without variation.
+    pub correlation: Option<f64>,
+}
+
+/// What a reader must know before believing the numbers.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
+pub struct Finding {
+    /// What kind of thing it is.
+    pub id: FindingId,
+    /// The group it is about; none: about all.
+    pub group: Option<String>,
+    /// The camera it is about; none: about all of the group.
+    pub camera: Option<String>,
+    /// The runs it is about; empty: about all of the group.
+    pub runs: Vec<String>,
+    /// The thing itself, in one sentence.
+    pub text: String,
+}
+
+/// The kinds of finding.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum FindingId {
+    /// Runs could not be read and were left out.
+    SkippedRun,
+    /// Runs have the same cameras to the last bit.
+    DuplicateRuns,
+    /// A run has a camera that no real lens could be.
+    BogusCamera,
+    /// A run registered far fewer images than its group.
+    FewImages,
+    /// A run lacks a camera that others have.
+    MissingCamera,
+    /// A camera took no image: its values are no estimates and do not enter.
+    UnusedCamera,
+    /// Cameras of one group differ in model or image size.
+    MixedCameras,
+    /// A parameter was held in some runs and estimated in others.
+    MixedStates,
+    /// By which rule the cameras of different runs were matched.
+    CameraMatch,
+    /// What so few runs can tell.
+    FewRuns,
+    /// Something about how the files were read.
+    Reading,
+}
