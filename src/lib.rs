@@ -3,3 +3,4 @@
 pub mod camera;
 pub mod scene;
 pub mod stability;
+pub mod stats;

@@ -72,8 +72,8 @@ pub struct RunRecord {
     pub observation_count: Option<usize>,
     /// The run of the same group whose cameras are the same to the last bit; it counts, this one does not.
     pub duplicate_of: Option<String>,
-    /// Why the run is suspect, in words; empty when it is not.
-    pub flags: Vec<String>,
+    /// Why the run is suspect; empty when it is not. The findings of these kinds say more.
+    pub flags: Vec<FindingId>,
     /// Whether it entered the statistics.
     pub is_used: bool,
 }
@@ -122,7 +122,7 @@ pub struct Parameter {
     pub name: String,
     /// What it does.
     pub class: ParameterClass,
-    /// One a run, in the order of the runs.
+    /// One a run, in the order of the runs; with pooled cameras, one a camera of a run.
     pub samples: Vec<Sample>,
     /// Over the samples that were estimated; none with fewer than two of them.
     pub statistics: Option<Statistics>,
@@ -147,10 +147,14 @@ pub enum ParameterClass {
 pub struct Sample {
     /// The run.
     pub run: String,
+    /// The camera's CAMERA_ID in that run; none when the run lacks the camera.
+    pub camera_id: Option<u32>,
     /// What is known about how the value came about.
     pub state: SampleState,
-    /// The value; none when the run has none.
+    /// The value; none when the run lacks the camera.
     pub value: Option<f64>,
+    /// Whether it lies beyond the whiskers of the box plot.
+    pub is_outlier: bool,
 }
 
 /// What is known about how a sample came about.
@@ -195,8 +199,6 @@ pub struct Statistics {
     pub mad_std: f64,
     /// Furthest samples within 1.5 interquartile ranges of the quartiles.
     pub whiskers: [f64; 2],
-    /// Runs whose sample lies beyond the whiskers.
-    pub outliers: Vec<String>,
 }
 
 /// How one distortion parameter went with one focal length across the runs.

@@ -3,5 +3,17 @@
 //! Knows nothing of files or of how its results are shown.
 
 mod analysis;
+mod analyze;
+mod identity;
+mod names;
+mod partition;
+mod physical;
+mod remarks;
+mod run;
+mod screen;
+mod summary;
 
 pub use analysis::*;
+pub use analyze::analyze;
+pub use identity::MatchError;
+pub use run::Run;
