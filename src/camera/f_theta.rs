@@ -7,5 +7,5 @@ use super::{CameraModel, Param, FTheta};
 impl CameraModel<6> for FTheta {
     const NAME: &str = "FTHETA";
     const COLMAP_ID: Option<i32> = None;
-    const PARAMS: [Param; 6] = [principal_point("cx"), principal_point("cy"), focal("k1"), extra("k2"), extra("k3"), extra("k4")];
+    const PARAMS: [Param; 6] = [principal_point("cx"), principal_point("cy"), focal("k1").in_unit("px/rad"), extra("k2").in_unit("px/rad²"), extra("k3").in_unit("px/rad³"), extra("k4").in_unit("px/rad⁴")];
 }

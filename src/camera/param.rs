@@ -7,6 +7,8 @@ pub struct Param {
     pub name: &'static str,
     /// What it does: COLMAP's three classes, by which it frees or holds parameters.
     pub class: ParamClass,
+    /// The unit of its values; empty where they have none.
+    pub unit: &'static str,
     /// A dimensionless polynomial coefficient, which a real lens keeps within [-1, 1].
     pub is_small: bool,
 }
@@ -24,22 +26,33 @@ pub enum ParamClass {
     Metadata,
 }
 
+impl Param {
+    const fn new(name: &'static str, class: ParamClass, unit: &'static str) -> Self {
+        Self { name, class, unit, is_small: false }
+    }
+
+    /// The same in another unit than its kind has.
+    pub(super) const fn in_unit(self, unit: &'static str) -> Self {
+        Self { unit, ..self }
+    }
+}
+
 pub(super) const fn focal(name: &'static str) -> Param {
-    Param { name, class: ParamClass::Focal, is_small: false }
+    Param::new(name, ParamClass::Focal, "px")
 }
 
 pub(super) const fn principal_point(name: &'static str) -> Param {
-    Param { name, class: ParamClass::PrincipalPoint, is_small: false }
+    Param::new(name, ParamClass::PrincipalPoint, "px")
 }
 
 pub(super) const fn polynomial(name: &'static str) -> Param {
-    Param { name, class: ParamClass::Extra, is_small: true }
+    Param { is_small: true, ..extra(name) }
 }
 
 pub(super) const fn extra(name: &'static str) -> Param {
-    Param { name, class: ParamClass::Extra, is_small: false }
+    Param::new(name, ParamClass::Extra, "")
 }
 
 pub(super) const fn metadata(name: &'static str) -> Param {
-    Param { name, class: ParamClass::Metadata, is_small: false }
+    Param::new(name, ParamClass::Metadata, "px")
 }

@@ -32,9 +32,15 @@ pub struct Provenance {
     pub options: Options,
 }
 
-/// Options that bear on the result.
+/// Options that bear on the result. The first three say how the runs were gathered and are kept for the record.
 #[derive(Debug, Clone, Default, Serialize, JsonSchema)]
 pub struct Options {
+    /// The pattern that told group and run from a path; none: the folders did.
+    pub group_by: Option<String>,
+    /// The table that listed the runs, if one did.
+    pub manifest: Option<InputFile>,
+    /// Runs that cannot be read are left out.
+    pub skip_bad: bool,
     /// How cameras of different runs are matched; none: by the first rule that decides.
     pub match_by: Option<MatchRule>,
     /// The cameras of a group's runs are samples of one physical camera.
@@ -122,6 +128,8 @@ pub struct Parameter {
     pub name: String,
     /// What it does.
     pub class: ParameterClass,
+    /// The unit of its values, such as `px`; empty where they have none.
+    pub unit: String,
     /// One a run, in the order of the runs; with pooled cameras, one a camera of a run.
     pub samples: Vec<Sample>,
     /// Over the samples that were estimated; none with fewer than two of them.
@@ -249,6 +257,8 @@ pub enum FindingId {
     MixedCameras,
     /// A parameter was held in some runs and estimated in others.
     MixedStates,
+    /// Every image has a camera of its own.
+    CameraPerImage,
     /// By which rule the cameras of different runs were matched.
     CameraMatch,
     /// What so few runs can tell.

@@ -12,6 +12,8 @@ mod remarks;
 mod run;
 mod screen;
 mod summary;
+#[cfg(test)]
+mod testing;
 
 pub use analysis::*;
 pub use analyze::analyze;

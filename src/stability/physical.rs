@@ -99,7 +99,8 @@ fn has_two_of_a_group(
         .any(|camera| !seen.insert((classes.class(camera), cameras[camera].group)))
 }
 
-/// What to call each camera: `camera 1` where the id tells, with the pattern of its images where it does not.
+/// What to call each camera: `camera 1` where the id tells, with the pattern of its images where it does not; by its image
+/// where it took but one.
 pub(super) fn labels(cameras: &[CameraOfGroup], classes: &Partition) -> Vec<String> {
     let mut physical: BTreeMap<usize, CameraOfGroup> = BTreeMap::new();
     for (index, camera) in cameras.iter().enumerate() {
@@ -107,25 +108,25 @@ pub(super) fn labels(cameras: &[CameraOfGroup], classes: &Partition) -> Vec<Stri
         whole.ids.extend(&camera.ids);
         whole.image_names.extend(&camera.image_names);
     }
-    let id = |camera: &CameraOfGroup| match camera.ids.iter().collect::<Vec<_>>()[..] {
+    let by_id = |camera: &CameraOfGroup| match camera.ids.iter().collect::<Vec<_>>()[..] {
         [id] => format!("camera {id}"),
         _ => "camera".to_owned(),
     };
-    let plain: BTreeSet<String> = physical.values().map(id).collect();
-    let needs_images =
-        plain.len() < physical.len() || physical.values().any(|camera| camera.ids.len() > 1);
-    let mut taken = BTreeMap::new();
+    let of_many = || physical.values().filter(|camera| camera.image_names.len() != 1);
+    let ids: BTreeSet<String> = of_many().map(by_id).collect();
+    let needs_images = ids.len() < of_many().count() || ids.contains("camera");
+    let mut taken: BTreeMap<String, usize> = BTreeMap::new();
     let mut named = BTreeMap::new();
     for (class, camera) in &physical {
         let names: Vec<&str> = camera.image_names.iter().copied().collect();
-        let label = match common_pattern(&names).filter(|_| needs_images) {
-            Some(pattern) => format!("{} ({pattern})", id(camera)),
-            None => id(camera),
+        let label = match (&names[..], common_pattern(&names)) {
+            ([name], _) => format!("camera of {name}"),
+            (_, Some(pattern)) if needs_images => format!("{} ({pattern})", by_id(camera)),
+            _ => by_id(camera),
         };
-        let count: &mut usize = taken.entry(label.clone()).or_default();
+        let count = taken.entry(label.clone()).or_default();
         *count += 1;
-        let label = if *count == 1 { label } else { format!("{label} #{count}") };
-        named.insert(class, label);
+        named.insert(class, if *count == 1 { label } else { format!("{label} #{count}") });
     }
     (0..cameras.len()).map(|camera| named[&classes.class(camera)].clone()).collect()
 }
@@ -174,6 +175,16 @@ mod tests {
         let labels = labels_of(&cameras);
         assert_eq!(labels[..2], ["camera (left/*.jpg)", "camera (right/*.jpg)"]);
         assert_eq!(labels[2..], labels[..2]);
+    }
+
+    #[test]
+    fn a_camera_of_one_image_is_called_by_it() {
+        let cameras = [
+            camera(0, 1, &["1.jpg", "2.jpg", "3.jpg"]),
+            camera(1, 1, &["1.jpg"]),
+            camera(1, 2, &["2.jpg"]),
+        ];
+        assert_eq!(labels_of(&cameras), ["camera 1", "camera of 1.jpg", "camera of 2.jpg"]);
     }
 
     #[test]

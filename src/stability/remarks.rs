@@ -1,9 +1,10 @@
 //! What a reader must be told, in words.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
+use super::run::CameraInRun;
 use super::screen::Screened;
-use super::{Finding, FindingId, Population, Run, SampleState, Skipped};
+use super::{Finding, FindingId, Parameter, Population, Run, SampleState, Skipped};
 use crate::stats::std_interval_factors;
 
 /// Below this many runs a box plot and most tests say nothing.
@@ -13,13 +14,19 @@ pub(super) fn of_group(id: FindingId, group: &str, text: String) -> Finding {
     Finding { id, group: Some(group.to_owned()), camera: None, runs: Vec::new(), text }
 }
 
-pub(super) fn skipped(skipped: &[Skipped]) -> Option<Finding> {
-    let count = skipped.len();
-    let runs = if count == 1 { "1 run".to_owned() } else { format!("{count} runs") };
-    let text = format!("{runs} could not be read and was skipped");
-    let paths = skipped.iter().map(|skipped| skipped.path.clone()).collect();
-    let id = FindingId::SkippedRun;
-    (count > 0).then_some(Finding { id, group: None, camera: None, runs: paths, text })
+pub(super) fn skipped(skipped: &[Skipped]) -> Vec<Finding> {
+    let finding = |Skipped { path, reason }: &Skipped| {
+        let reason = reason.lines().next().unwrap_or_default();
+        let text = format!("{path} was skipped, as it could not be read: {reason}");
+        Finding {
+            id: FindingId::SkippedRun,
+            group: None,
+            camera: None,
+            runs: vec![path.clone()],
+            text,
+        }
+    };
+    skipped.iter().map(finding).collect()
 }
 
 pub(super) fn duplicates(runs: &[Run], screened: &[Screened]) -> Vec<Finding> {
@@ -67,15 +74,29 @@ pub(super) fn unused_cameras(run: &Run) -> Vec<Finding> {
     run.unused_cameras().into_iter().map(finding).collect()
 }
 
+/// COLMAP gives every image a camera of its own unless told otherwise; most users mean one.
+pub(super) fn camera_per_image(group: &str, cameras: &[CameraInRun]) -> Option<Finding> {
+    let took_one =
+        |camera: &CameraInRun| camera.image_names.as_ref().is_some_and(|names| names.len() == 1);
+    let is_per_image =
+        cameras.iter().all(took_one) && cameras.windows(2).any(|pair| pair[0].run == pair[1].run);
+    let text = "each of its cameras took one image: `--pool` takes them for samples of one physical camera";
+    is_per_image.then(|| of_group(FindingId::CameraPerImage, group, text.to_owned()))
+}
+
 /// What the populations show: cameras of several kinds, missing cameras, parameters held now and then, few runs.
 pub(super) fn populations(populations: &[Population]) -> Vec<Finding> {
     let mut findings = Vec::new();
+    let mut groups: BTreeMap<&str, Vec<&Population>> = BTreeMap::new();
     for one in populations {
-        findings.extend(missing(one));
+        groups.entry(&one.group).or_default().push(one);
         findings.extend(mixed_states(one));
     }
+    for (group, populations) in &groups {
+        findings.extend(missing(group, populations));
+        findings.extend(few_runs(group, populations));
+    }
     findings.extend(mixed_cameras(populations));
-    findings.extend(few_runs(populations));
     findings
 }
 
@@ -84,15 +105,30 @@ fn of_camera(id: FindingId, population: &Population, runs: Vec<String>, text: St
     Finding { id, group, camera, runs, text }
 }
 
-fn missing(population: &Population) -> Option<Finding> {
-    let samples = &population.parameters.first()?.samples;
-    let runs: Vec<String> = samples
-        .iter()
-        .filter(|sample| sample.state == SampleState::Failed)
-        .map(|sample| sample.run.clone())
-        .collect();
-    let text = format!("{} did not reconstruct {}", runs.join(", "), population.camera);
-    (!runs.is_empty()).then(|| of_camera(FindingId::MissingCamera, population, runs, text))
+/// Cameras that some runs of the group lack.
+fn missing(group: &str, populations: &[&Population]) -> Option<Finding> {
+    /// A sentence that lists more cameras than this is not read.
+    const LISTED: usize = 4;
+    let mut cameras: Vec<String> = Vec::new();
+    let mut runs: BTreeSet<String> = BTreeSet::new();
+    for population in populations {
+        let samples = population.parameters.iter().take(1).flat_map(|parameter| &parameter.samples);
+        let lacking = samples.filter(|sample| sample.state == SampleState::Failed);
+        let lacking: Vec<String> = lacking.map(|sample| sample.run.clone()).collect();
+        if !lacking.is_empty() {
+            cameras.push(format!("{} is missing in {}", population.camera, lacking.join(", ")));
+            runs.extend(lacking);
+        }
+    }
+    let count = cameras.len();
+    if count > LISTED {
+        cameras.truncate(LISTED);
+        cameras.push(format!("{} more cameras are missing in some runs", count - LISTED));
+    }
+    let id = FindingId::MissingCamera;
+    let finding =
+        Finding { runs: runs.into_iter().collect(), ..of_group(id, group, cameras.join("; ")) };
+    (count > 0).then_some(finding)
 }
 
 fn mixed_states(population: &Population) -> Vec<Finding> {
@@ -133,18 +169,22 @@ fn mixed_cameras(populations: &[Population]) -> Vec<Finding> {
 }
 
 /// What the group's runs can tell, when they are few.
-fn few_runs(populations: &[Population]) -> Vec<Finding> {
-    let mut most: BTreeMap<&str, usize> = BTreeMap::new();
-    for one in populations {
-        let estimates = |state| matches!(state, SampleState::Estimated | SampleState::Unknown);
-        let counts =
-            one.parameters.iter().map(|p| p.samples.iter().filter(|s| estimates(s.state)).count());
-        let most = most.entry(&one.group).or_default();
-        *most = (*most).max(counts.max().unwrap_or(0));
-    }
-    let finding =
-        |(group, n): (&str, usize)| Some(of_group(FindingId::FewRuns, group, few_runs_text(n)?));
-    most.into_iter().filter_map(finding).collect()
+fn few_runs(group: &str, populations: &[&Population]) -> Option<Finding> {
+    let is_estimate = |state| matches!(state, SampleState::Estimated | SampleState::Unknown);
+    let counts = populations.iter().filter_map(|one| {
+        let of_parameter =
+            |p: &Parameter| p.samples.iter().filter(|s| is_estimate(s.state)).count();
+        one.parameters.iter().map(of_parameter).max()
+    });
+    let (least, most) = (counts.clone().min()?, counts.max()?);
+    let text = if least < FEW_RUNS && FEW_RUNS <= most {
+        format!(
+            "not all of its cameras have {most} runs, some only {least}: look at n before comparing their std"
+        )
+    } else {
+        few_runs_text(most)?
+    };
+    Some(of_group(FindingId::FewRuns, group, text))
 }
 
 fn few_runs_text(n: usize) -> Option<String> {

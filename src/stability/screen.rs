@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::run::CameraInRun;
 use super::{Finding, FindingId, Run};
 use crate::camera::ParamClass;
-use crate::scene::Camera;
+use crate::scene::{Camera, Scene};
 use crate::stats::Sorted;
 
 /// COLMAP's bounds of a plausible focal length, in units of the larger image side.
@@ -81,14 +81,23 @@ fn duplicates(runs: &[Run], cameras: &[CameraInRun]) -> Vec<Option<usize>> {
     let mut duplicate_of = vec![None; runs.len()];
     for (index, bits) in bits.iter().enumerate() {
         let alike = alike.entry(bits.as_slice()).or_default();
-        // Equal cameras in unequal scenes are held cameras, not copies of a run.
-        let is_copy = |&&other: &&usize| runs[other].scene.geometry == runs[index].scene.geometry;
+        let is_copy = |&&other: &&usize| is_same_scene(&runs[other].scene, &runs[index].scene);
         duplicate_of[index] = alike.iter().find(is_copy).copied();
         if duplicate_of[index].is_none() {
             alike.push(index);
         }
     }
     duplicate_of
+}
+
+/// Whether two scenes with equal cameras are one. If not, the cameras were held, and the runs are no copies. That an older
+/// COLMAP wrote one of them without rigs makes no difference.
+fn is_same_scene(one: &Scene, other: &Scene) -> bool {
+    match (&one.geometry, &other.geometry) {
+        (Some(one), Some(other)) => one.images == other.images && one.points == other.points,
+        (None, None) => true,
+        _ => false,
+    }
 }
 
 /// Why no real lens has these intrinsics; none when one could.

@@ -2,7 +2,7 @@
 
 use super::run::CameraInRun;
 use super::{Compensation, Parameter, ParameterClass, Run, Sample, SampleState, Statistics};
-use crate::camera::{Model, ParamClass};
+use crate::camera::{Model, Param, ParamClass};
 use crate::scene::Camera;
 use crate::stats::{Sorted, pearson, std_interval_factors};
 
@@ -16,7 +16,7 @@ pub(super) type Place<'a> = (&'a Run, Option<&'a CameraInRun<'a>>);
 /// The parameters of one population.
 pub(super) fn parameters(model: &'static Model, places: &[Place]) -> Vec<Parameter> {
     let mut coordinates = 0;
-    let parameter = |(index, param): (usize, &crate::camera::Param)| {
+    let parameter = |(index, param): (usize, &Param)| {
         let value = |camera: &Camera| camera.intrinsics.params().get(index).copied();
         let values: Vec<Option<f64>> =
             places.iter().map(|(_, camera)| value(camera.as_ref()?.camera)).collect();
@@ -28,7 +28,7 @@ pub(super) fn parameters(model: &'static Model, places: &[Place]) -> Vec<Paramet
                 .all(|(_, camera)| camera.is_none_or(|c| is_at_centre(c.camera, index, is_x)))
         };
         let is_held = is_centred || param.class == ParamClass::Metadata;
-        summarised(param.name, param.class.into(), places, &values, is_held)
+        summarised(param, places, &values, is_held)
     };
     model.params.iter().enumerate().map(parameter).collect()
 }
@@ -40,13 +40,7 @@ fn is_at_centre(camera: &Camera, index: usize, is_x: bool) -> bool {
     camera.intrinsics.params().get(index).is_some_and(|value| value.to_bits() == centre.to_bits())
 }
 
-fn summarised(
-    name: &str,
-    class: ParameterClass,
-    places: &[Place],
-    values: &[Option<f64>],
-    is_held: bool,
-) -> Parameter {
+fn summarised(param: &Param, places: &[Place], values: &[Option<f64>], is_held: bool) -> Parameter {
     let states = states(values, is_held);
     let estimated = values.iter().zip(&states);
     let estimated: Vec<f64> = estimated
@@ -63,7 +57,8 @@ fn summarised(
             let camera_id = camera.map(|camera| camera.id.0);
             Sample { run: run.name.clone(), camera_id, state, value: *value, is_outlier }
         });
-    Parameter { name: name.to_owned(), class, samples: samples.collect(), statistics }
+    let (name, unit) = (param.name.to_owned(), param.unit.to_owned());
+    Parameter { name, class: param.class.into(), unit, samples: samples.collect(), statistics }
 }
 
 /// What is known of each sample of one parameter. No two runs of a population are copies of each other: so two equal values

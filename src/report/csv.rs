@@ -1,0 +1,114 @@
+//! The analysis as tidy CSV: one observation a row.
+
+use csv::Writer;
+use serde::Serialize;
+
+use super::sections::outliers;
+use crate::stability::{Analysis, Parameter, ParameterClass, Population, SampleState};
+
+/// The columns that say which parameter of which camera a row is about.
+#[derive(Serialize)]
+struct Subject<'a> {
+    group: &'a str,
+    camera: &'a str,
+    model: &'a str,
+    width: u64,
+    height: u64,
+    parameter: &'a str,
+    class: ParameterClass,
+}
+
+#[derive(Serialize)]
+struct SampleRow<'a> {
+    run: &'a str,
+    camera_id: Option<u32>,
+    state: SampleState,
+    value: Option<f64>,
+    is_outlier: bool,
+}
+
+#[derive(Serialize, Default)]
+struct StatisticsRow {
+    n: usize,
+    mean: Option<f64>,
+    std: Option<f64>,
+    relative_std: Option<f64>,
+    std_low_95: Option<f64>,
+    std_high_95: Option<f64>,
+    min: Option<f64>,
+    q1: Option<f64>,
+    median: Option<f64>,
+    q3: Option<f64>,
+    max: Option<f64>,
+    mad_std: Option<f64>,
+    whisker_low: Option<f64>,
+    whisker_high: Option<f64>,
+    outliers: String,
+}
+
+/// Every sample, one a row.
+pub fn samples_csv(analysis: &Analysis) -> csv::Result<Vec<u8>> {
+    let mut rows = Writer::from_writer(Vec::new());
+    for (subject, parameter) in subjects(analysis) {
+        for sample in &parameter.samples {
+            rows.serialize((
+                &subject,
+                SampleRow {
+                    run: &sample.run,
+                    camera_id: sample.camera_id,
+                    state: sample.state,
+                    value: sample.value,
+                    is_outlier: sample.is_outlier,
+                },
+            ))?;
+        }
+    }
+    finished(rows)
+}
+
+/// Every parameter of every camera and group, one a row; no statistics where there is no estimate to have them.
+pub fn statistics_csv(analysis: &Analysis) -> csv::Result<Vec<u8>> {
+    let mut rows = Writer::from_writer(Vec::new());
+    for (subject, parameter) in subjects(analysis) {
+        rows.serialize((&subject, statistics_row(parameter)))?;
+    }
+    finished(rows)
+}
+
+fn subjects(analysis: &Analysis) -> impl Iterator<Item = (Subject<'_>, &Parameter)> {
+    analysis.populations.iter().flat_map(|population| {
+        population.parameters.iter().map(move |parameter| {
+            let Population { group, camera, model, width, height, .. } = population;
+            let (width, height, class) = (*width, *height, parameter.class);
+            (
+                Subject { group, camera, model, width, height, parameter: &parameter.name, class },
+                parameter,
+            )
+        })
+    })
+}
+
+fn statistics_row(parameter: &Parameter) -> StatisticsRow {
+    let Some(statistics) = &parameter.statistics else { return StatisticsRow::default() };
+    StatisticsRow {
+        n: statistics.n,
+        mean: Some(statistics.mean),
+        std: Some(statistics.std),
+        relative_std: statistics.relative_std,
+        std_low_95: Some(statistics.std_interval_95[0]),
+        std_high_95: Some(statistics.std_interval_95[1]),
+        min: Some(statistics.min),
+        q1: Some(statistics.q1),
+        median: Some(statistics.median),
+        q3: Some(statistics.q3),
+        max: Some(statistics.max),
+        mad_std: Some(statistics.mad_std),
+        whisker_low: Some(statistics.whiskers[0]),
+        whisker_high: Some(statistics.whiskers[1]),
+        outliers: outliers(parameter).join(";"),
+    }
+}
+
+fn finished(rows: Writer<Vec<u8>>) -> csv::Result<Vec<u8>> {
+    rows.into_inner().map_err(|error| error.into_error().into())
+}

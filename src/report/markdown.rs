@@ -1,0 +1,38 @@
+//! The analysis as Markdown: for a pull request, a wiki, a CI job's summary.
+
+use std::fmt::Write;
+
+use super::sections;
+use super::table::escaped;
+use crate::stability::Analysis;
+
+/// The analysis as Markdown, with pictures (relative path, alternative text) at the end.
+pub fn markdown(analysis: &Analysis, pictures: &[(String, String)]) -> String {
+    let mut out = String::from("# Calibration stability\n");
+    let findings = sections::findings(analysis);
+    if !findings.is_empty() {
+        out.push_str("\n## Findings\n\n");
+    }
+    for finding in findings {
+        let _ = writeln!(out, "- {}", escaped(&finding.text));
+    }
+    let tables = sections::side_by_side(analysis, None);
+    out.push_str("\n## Groups side by side\n");
+    for table in tables {
+        let _ = write!(out, "\n{}", table.markdown());
+    }
+    out.push_str("\n## Every camera\n");
+    for population in &analysis.populations {
+        let title = escaped(&sections::population_title(population));
+        let _ =
+            write!(out, "\n### {title}\n\n{}", sections::population_table(population).markdown());
+    }
+    if !pictures.is_empty() {
+        out.push_str("\n## Plots\n");
+    }
+    for (path, text) in pictures {
+        let _ = write!(out, "\n![{}]({path})\n", escaped(text));
+    }
+    let _ = write!(out, "\nMade by calibstab {}.\n", analysis.provenance.calibstab_version);
+    out
+}

@@ -1,0 +1,105 @@
+//! What the panels of a figure leave out, in words below it.
+
+use crate::stability::Parameter;
+
+use super::number::{short, unbroken};
+use super::subject::{Row, Subject, drawn, held};
+
+/// The held parameters with their values, and the runs that a group lacks.
+pub fn notes(subject: &Subject, rows: &[Row]) -> Vec<String> {
+    let mut notes = Vec::new();
+    let held: Vec<String> =
+        rows.iter().filter(|row| !row.varies()).filter_map(|row| held_in(subject, row)).collect();
+    if !held.is_empty() {
+        notes.push(format!("Presumed held, not drawn: {}.", held.join("; ")));
+    }
+    for row in rows.iter().filter(|row| row.varies()) {
+        notes.extend(partly_held(subject, row));
+    }
+    notes.extend(missing(subject, rows));
+    notes
+}
+
+/// `cx = 376 px`, or by group where groups differ.
+fn held_in(subject: &Subject, row: &Row) -> Option<String> {
+    let mut groups_of: Vec<(String, Vec<&str>)> = Vec::new();
+    for (member, parameter) in &row.cells {
+        let Some(values) = held_values(parameter, row.unit) else { continue };
+        let group = subject.members[*member].group.as_str();
+        match groups_of.iter_mut().find(|(known, _)| *known == values) {
+            Some((_, groups)) => groups.push(group),
+            None => groups_of.push((values, vec![group])),
+        }
+    }
+    match groups_of.as_slice() {
+        [] => None,
+        [(values, _)] => Some(unbroken(&format!("{} = {values}", row.name))),
+        several => {
+            let parts: Vec<String> = several
+                .iter()
+                .map(|(values, groups)| format!("{values} ({})", groups.join(", ")))
+                .collect();
+            Some(format!("{} {}", unbroken(&format!("{} =", row.name)), parts.join(", ")))
+        }
+    }
+}
+
+/// The values at which a parameter was held: nearly always one.
+pub fn held_values(parameter: &Parameter, unit: &str) -> Option<String> {
+    const LISTED: usize = 3;
+    let mut values: Vec<f64> = parameter.samples.iter().filter_map(held).collect();
+    values.sort_by(f64::total_cmp);
+    values.dedup_by(|a, b| a.to_bits() == b.to_bits());
+    if values.is_empty() {
+        return None;
+    }
+    let listed: Vec<String> = values.iter().take(LISTED).copied().map(short).collect();
+    let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
+    let more = if values.len() > LISTED {
+        format!(" and {} more", values.len() - LISTED)
+    } else {
+        String::new()
+    };
+    Some(unbroken(&format!("{}{unit}{more}", listed.join(" or "))))
+}
+
+fn partly_held(subject: &Subject, row: &Row) -> Option<String> {
+    let parts: Vec<String> = row
+        .cells
+        .iter()
+        .filter_map(|(member, parameter)| {
+            let values = held_values(parameter, row.unit)?;
+            let count = parameter.samples.iter().filter_map(held).count();
+            let group = &subject.members[*member].group;
+            Some(format!("{values} in {count} of {} runs of {group}", parameter.samples.len()))
+        })
+        .collect();
+    (!parts.is_empty())
+        .then(|| format!("{} presumed held, not drawn: {}.", row.name, parts.join("; ")))
+}
+
+/// How many runs of each group have no value: of any parameter, since a failed run lacks them all.
+fn missing(subject: &Subject, rows: &[Row]) -> Option<String> {
+    let mut parts = Vec::new();
+    for (index, member) in subject.members.iter().enumerate() {
+        let parameters: Vec<&Parameter> = rows
+            .iter()
+            .flat_map(|row| &row.cells)
+            .filter(|(at, _)| *at == index)
+            .map(|(_, parameter)| *parameter)
+            .collect();
+        let run_count =
+            parameters.iter().map(|parameter| parameter.samples.len()).max().unwrap_or(0);
+        let lacks = |run: usize| {
+            let sample = |parameter: &&Parameter| {
+                parameter.samples.get(run).is_none_or(|s| drawn(s).or(held(s)).is_none())
+            };
+            parameters.iter().any(sample)
+        };
+        let count = (0..run_count).filter(|&run| lacks(run)).count();
+        if count > 0 {
+            parts.push(format!("{count} of {run_count} of {}", member.group));
+        }
+    }
+    (!parts.is_empty()).then(|| format!("Failed runs, not drawn: {}.", parts.join("; ")))
+}

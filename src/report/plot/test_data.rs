@@ -1,0 +1,105 @@
+//! Analyses to draw in tests, with the statistics that `stability` would give them.
+
+use crate::stability::{
+    Analysis, Compensation, Options, Parameter, ParameterClass, Population, Provenance,
+    SCHEMA_VERSION, Sample, SampleState, Statistics,
+};
+use crate::stats::{BoxPlot, Sorted, pearson};
+
+/// One sample; `None` is a failed run.
+pub type Value = Option<(SampleState, f64)>;
+
+pub fn estimated(values: &[f64]) -> Vec<Value> {
+    values.iter().map(|&value| Some((SampleState::Estimated, value))).collect()
+}
+
+pub fn held(value: f64, count: usize) -> Vec<Value> {
+    vec![Some((SampleState::PresumedHeld, value)); count]
+}
+
+pub fn analysis(populations: Vec<Population>) -> Analysis {
+    let provenance = Provenance { calibstab_version: "0".to_owned(), options: Options::default() };
+    Analysis {
+        schema_version: SCHEMA_VERSION,
+        provenance,
+        runs: Vec::new(),
+        skipped: Vec::new(),
+        populations,
+        findings: Vec::new(),
+    }
+}
+
+pub fn parameter(name: &str, values: &[Value]) -> Parameter {
+    let (class, unit) = match name.chars().next() {
+        Some('f') => (ParameterClass::Focal, "px"),
+        Some('c') => (ParameterClass::PrincipalPoint, "px"),
+        _ => (ParameterClass::Extra, ""),
+    };
+    let is_estimated =
+        |&(state, value): &(SampleState, f64)| state == SampleState::Estimated && value.is_finite();
+    let sorted =
+        Sorted::new(values.iter().flatten().filter(|v| is_estimated(v)).map(|v| v.1).collect());
+    let statistics = sorted.as_ref().and_then(statistics);
+    let box_plot = sorted.filter(|_| statistics.is_some()).map(|sorted| sorted.box_plot());
+    let sample = |(index, value): (usize, &Value)| Sample {
+        run: format!("run{index:02}"),
+        camera_id: value.map(|_| 1),
+        state: value.map_or(SampleState::Failed, |(state, _)| state),
+        value: value.map(|(_, value)| value),
+        is_outlier: value
+            .filter(is_estimated)
+            .zip(box_plot)
+            .is_some_and(|((_, value), box_plot)| box_plot.is_outlier(value)),
+    };
+    let samples = values.iter().enumerate().map(sample).collect();
+    Parameter { name: name.to_owned(), class, unit: unit.to_owned(), samples, statistics }
+}
+
+/// A population with a compensation of every focal length and distortion that vary.
+pub fn population(
+    group: &str,
+    camera: &str,
+    model: &str,
+    parameters: Vec<Parameter>,
+) -> Population {
+    let of =
+        |class| parameters.iter().filter(move |parameter: &&Parameter| parameter.class == class);
+    let compensation = of(ParameterClass::Focal)
+        .flat_map(|focal| {
+            of(ParameterClass::Extra).map(move |distortion| compensation(focal, distortion))
+        })
+        .filter(|entry| entry.n > 0)
+        .collect();
+    let [group, camera, model] = [group, camera, model].map(str::to_owned);
+    Population { group, camera, model, width: 752, height: 480, parameters, compensation }
+}
+
+fn statistics(sample: &Sorted) -> Option<Statistics> {
+    let BoxPlot { q1, q3, whiskers } = sample.box_plot();
+    Some(Statistics {
+        n: sample.n(),
+        mean: sample.mean(),
+        std: sample.std()?,
+        relative_std: None,
+        std_interval_95: [0.0, 0.0],
+        min: sample.min(),
+        q1,
+        median: sample.median(),
+        q3,
+        max: sample.max(),
+        mad_std: sample.mad_std(),
+        whiskers,
+    })
+}
+
+fn compensation(focal: &Parameter, distortion: &Parameter) -> Compensation {
+    let pairs: Vec<[f64; 2]> = focal
+        .samples
+        .iter()
+        .zip(&distortion.samples)
+        .filter(|(x, y)| [x, y].iter().all(|sample| sample.state == SampleState::Estimated))
+        .filter_map(|(x, y)| Some([x.value?, y.value?]))
+        .collect();
+    let (n, correlation) = (pairs.len(), pearson(&pairs));
+    Compensation { focal: focal.name.clone(), distortion: distortion.name.clone(), n, correlation }
+}
