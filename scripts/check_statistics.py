@@ -375,10 +375,12 @@ THESIS = {
 }
 
 
-def check_thesis(checks, analysis):
+def check_thesis(checks, path, analysis):
     """When the thesis's fixtures are among the runs."""
+    found = 0
     for (folder, model), printed in THESIS.items():
         groups = {r["group"] for r in analysis["runs"] if any(folder in Path(f["path"]).parts for f in r["files"])}
+        found += len(groups)
         for group in groups:
             (population,) = [p for p in analysis["populations"] if p["group"] == group and p["model"] == model]
             got = {p["name"]: p["statistics"] for p in population["parameters"] if p["statistics"]}
@@ -386,6 +388,8 @@ def check_thesis(checks, analysis):
             for name, (std, mean) in printed.items():
                 checks.equal(f"thesis, {folder} {name}: std", f"{got[name]['std']:.4f}", std)
                 checks.near(f"thesis, {folder} {name}: mean", got[name]["mean"], mean, 1e-12 * abs(mean) + 1e-15)
+    if path.name == "thesis":
+        checks.equal(f"{path}: cameras of the thesis", found, len(THESIS))
 
 
 def no_constant(name):
@@ -416,7 +420,7 @@ def check_path(checks, binary, path, validator):
                 check_statistics(checks, f"{name} {parameter['name']}", parameter)
             check_compensation(checks, name, population)
         check_csv(checks, path, out, analysis["populations"])
-        check_thesis(checks, analysis)
+        check_thesis(checks, path, analysis)
 
 
 def main():

@@ -1,6 +1,16 @@
 //! How repeatable is the camera calibration that COLMAP gave you?
+//!
+//! ```text
+//! files -colmap-> scene -stability-> analysis -report-> table, CSV, JSON, Markdown, plots
+//! ```
+//!
+//! Each arrow is a function from plain data to plain data. The library never prints, exits, or panics on input; `cli` does
+//! the first two.
 
 pub mod camera;
+pub mod cli;
+pub mod colmap;
+pub mod report;
 pub mod scene;
 pub mod stability;
 pub mod stats;

@@ -1,3 +1,5 @@
-//! The command line; `cli` is all of it.
+//! The `calibstab` program: `cli` is all of it.
 
-fn main() {}
+fn main() -> std::process::ExitCode {
+    calibstab::cli::main()
+}

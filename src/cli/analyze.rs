@@ -1,0 +1,156 @@
+//! `calibstab analyze`.
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use rayon::prelude::*;
+
+use super::failure::Failure;
+use super::inputs::Inputs;
+use super::output::{OutputFile, write_files};
+use crate::report::{self, plot};
+use crate::stability::{self, Analysis, MatchRule, Options};
+
+/// Report how far the calibrations of repeated reconstructions disagree
+///
+/// Reads the runs, finds out which cameras of different runs are the same, and prints mean, standard deviation and more
+/// of every parameter of each camera in each group of runs.
+#[derive(Args)]
+pub(super) struct Analyze {
+    #[command(flatten)]
+    inputs: Inputs,
+
+    /// How cameras of different runs are matched [default: by the images they took, else by CAMERA_ID]
+    #[arg(long = "match", value_enum, value_name = "RULE")]
+    match_by: Option<Match>,
+
+    /// Take all cameras of a run for one physical camera (COLMAP's one camera for each image)
+    #[arg(long, conflicts_with = "match_by")]
+    pool: bool,
+
+    /// Leave runs out of the statistics that are flagged: impossible cameras, far fewer images than the others
+    #[arg(long)]
+    exclude_flagged: bool,
+
+    /// Write a report into this folder
+    #[arg(long, value_name = "FOLDER")]
+    out: Option<PathBuf>,
+
+    /// What the report consists of [default: all]
+    #[arg(long, value_enum, value_delimiter = ',', requires = "out", value_name = "FORMAT,...")]
+    format: Vec<Format>,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Match {
+    /// By image names in common, else a common folder, else a common pattern of names
+    Images,
+    /// By CAMERA_ID
+    Id,
+    /// The only camera of each run
+    Single,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Format {
+    /// analysis.json: everything, at full precision (see `calibstab schema`)
+    Json,
+    /// samples.csv and statistics.csv
+    Csv,
+    /// report.md
+    Md,
+    /// plots/*.svg
+    Svg,
+    /// plots/*.png
+    Png,
+}
+
+impl Analyze {
+    pub(super) fn run(self, out: &mut impl Write, quiet: bool) -> Result<(), Failure> {
+        let options = Options {
+            match_by: self.match_by.map(Match::rule),
+            pool: self.pool,
+            exclude_flagged: self.exclude_flagged,
+            ..self.inputs.options()?
+        };
+        let (runs, skipped) = self.inputs.read(quiet)?;
+        let analysis = stability::analyze(runs, skipped, options)
+            .map_err(|error| Failure::Input(error.to_string()))?;
+        if let Some(folder) = &self.out {
+            let formats =
+                if self.format.is_empty() { Format::value_variants() } else { &self.format };
+            let files = report_files(&analysis, formats)?;
+            write_files(folder, &files)?;
+            if !quiet {
+                writeln!(
+                    anstream::stderr(),
+                    "{} files written to {}",
+                    files.len(),
+                    folder.display()
+                )?;
+            }
+        }
+        let width = terminal_size::terminal_size().map_or(100, |(width, _)| width.0.into());
+        Ok(out.write_all(report::terminal(&analysis, Some(width)).as_bytes())?)
+    }
+}
+
+impl Match {
+    fn rule(self) -> MatchRule {
+        match self {
+            Self::Images => MatchRule::Images,
+            Self::Id => MatchRule::Id,
+            Self::Single => MatchRule::Single,
+        }
+    }
+}
+
+/// The files of a report.
+fn report_files(analysis: &Analysis, formats: &[Format]) -> Result<Vec<OutputFile>, Failure> {
+    let failed =
+        |error: &dyn std::error::Error| Failure::Input(format!("the report failed: {error}"));
+    let mut files: Vec<OutputFile> = Vec::new();
+    let wants = |format| formats.contains(&format);
+    if wants(Format::Json) {
+        let json = report::analysis_json(analysis).map_err(|error| failed(&error))?;
+        files.push(("analysis.json".into(), json.into_bytes()));
+    }
+    if wants(Format::Csv) {
+        let samples = report::samples_csv(analysis).map_err(|error| failed(&error))?;
+        let statistics = report::statistics_csv(analysis).map_err(|error| failed(&error))?;
+        files.extend([("samples.csv".into(), samples), ("statistics.csv".into(), statistics)]);
+    }
+    let figures = if wants(Format::Svg) || wants(Format::Png) {
+        plot::figures(analysis).map_err(|error| failed(&error))?
+    } else {
+        Vec::new()
+    };
+    let pictures: Vec<(String, String)> = figures
+        .iter()
+        .map(|figure| {
+            let ending = if wants(Format::Svg) { "svg" } else { "png" };
+            (format!("plots/{}.{ending}", figure.stem), figure.title.clone())
+        })
+        .collect();
+    if wants(Format::Md) {
+        files.push(("report.md".into(), report::markdown(analysis, &pictures).into_bytes()));
+    }
+    let drawn: Vec<Vec<OutputFile>> = figures
+        .par_iter()
+        .map(|figure| {
+            let mut drawn: Vec<OutputFile> = Vec::new();
+            if wants(Format::Svg) {
+                let svg = figure.to_svg().map_err(|error| failed(&error))?;
+                drawn.push((format!("plots/{}.svg", figure.stem).into(), svg.into_bytes()));
+            }
+            if wants(Format::Png) {
+                let png = figure.to_png().map_err(|error| failed(&error))?;
+                drawn.push((format!("plots/{}.png", figure.stem).into(), png));
+            }
+            Ok(drawn)
+        })
+        .collect::<Result<_, Failure>>()?;
+    files.extend(drawn.concat());
+    Ok(files)
+}

@@ -1,0 +1,72 @@
+//! Commands about calibstab itself: schema, completions, manual page.
+
+use std::io::Write;
+
+use clap::{Args, CommandFactory};
+
+use super::Cli;
+use super::failure::Failure;
+use crate::report;
+
+pub(super) const LONG: &str = "\
+Examples:
+  calibstab analyze runs/*/cameras.txt
+      the runs of one folder are one group: how far do they disagree?
+  calibstab analyze experiments
+      every model below experiments; runs of one parent folder are a group
+  calibstab analyze a/sparse/0 b/sparse/0 --out report --format json,md,svg
+      the same, and a report in files
+  calibstab analyze 'data/*/*/sparse' --group-by '{session}/{run}/sparse'
+      groups named by a part of the path
+
+Exit codes: 0 fine; 2 bad usage or input. Results go to stdout, all else to stderr.";
+
+/// Print the JSON schema of analysis.json
+#[derive(Args)]
+pub(super) struct Schema {}
+
+impl Schema {
+    pub(super) fn run(&self, out: &mut impl Write) -> Result<(), Failure> {
+        let schema = report::schema_json().map_err(|error| Failure::Input(error.to_string()))?;
+        Ok(out.write_all(schema.as_bytes())?)
+    }
+}
+
+/// Print completions for a shell, to be sourced by it
+#[derive(Args)]
+pub(super) struct Completions {
+    /// The shell
+    shell: clap_complete::Shell,
+}
+
+impl Completions {
+    pub(super) fn run(&self, out: &mut impl Write) -> Result<(), Failure> {
+        let mut script = Vec::new();
+        clap_complete::generate(self.shell, &mut Cli::command(), "calibstab", &mut script);
+        Ok(out.write_all(&script)?)
+    }
+}
+
+/// Print the manual page, of calibstab or of one of its commands
+#[derive(Args)]
+pub(super) struct Man {
+    /// The command
+    command: Option<String>,
+}
+
+impl Man {
+    pub(super) fn run(&self, out: &mut impl Write) -> Result<(), Failure> {
+        let mut whole = Cli::command();
+        whole.build();
+        let page = match &self.command {
+            None => whole,
+            Some(name) => whole
+                .find_subcommand(name)
+                .cloned()
+                .ok_or_else(|| Failure::Input(format!("calibstab has no command `{name}`")))?,
+        };
+        let mut text = Vec::new();
+        clap_mangen::Man::new(page).render(&mut text)?;
+        Ok(out.write_all(&text)?)
+    }
+}
