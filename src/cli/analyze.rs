@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use rayon::prelude::*;
+use terminal_size::{Width, terminal_size_of};
 
 use super::failure::Failure;
 use super::inputs::Inputs;
@@ -91,8 +92,8 @@ impl Analyze {
                 )?;
             }
         }
-        let width = terminal_size::terminal_size().map_or(100, |(width, _)| width.0.into());
-        Ok(out.write_all(report::terminal(&analysis, Some(width)).as_bytes())?)
+        let width = terminal_size_of(std::io::stdout()).map(|(Width(width), _)| width.into());
+        Ok(out.write_all(report::terminal(&analysis, width).as_bytes())?)
     }
 }
 

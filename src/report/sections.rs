@@ -4,7 +4,9 @@ use std::collections::BTreeMap;
 
 use super::number::{self, Places};
 use super::table::{Cell, Span, Table, Tone};
-use crate::stability::{Analysis, Finding, FindingId, Parameter, Population, Sample, SampleState};
+use crate::stability::{
+    Analysis, Finding, FindingId, Parameter, ParameterClass, Population, Sample, SampleState,
+};
 
 /// What a population is, in one line.
 pub(super) fn population_title(population: &Population) -> String {
@@ -113,16 +115,11 @@ fn state(parameter: &Parameter) -> &'static str {
 /// The groups side by side, as in tables 4.1 to 4.3 of the thesis: per camera and parameter, each group's mean, standard
 /// deviation, and standard deviation in percent. Split so that none is wider than `width`, if it can be.
 pub(super) fn side_by_side(analysis: &Analysis, width: Option<usize>) -> Vec<Table> {
-    let mut columns: Vec<Column> = Vec::new();
-    for population in &analysis.populations {
-        let column = Column { group: &population.group, model: &population.model };
-        if !columns.contains(&column) {
-            columns.push(column);
-        }
-    }
-    columns.sort_by(|a, b| a.model.cmp(b.model).then(natord::compare(a.group, b.group)));
+    let mut groups: Vec<&str> = analysis.populations.iter().map(|one| one.group.as_str()).collect();
+    groups.sort_by(|a, b| natord::compare(a, b));
+    groups.dedup();
     let mut tables = Vec::new();
-    let mut rest = columns.as_slice();
+    let mut rest = groups.as_slice();
     while !rest.is_empty() {
         let fits = |count: &usize| {
             let table = side_by_side_table(analysis, &rest[..*count]);
@@ -135,42 +132,60 @@ pub(super) fn side_by_side(analysis: &Analysis, width: Option<usize>) -> Vec<Tab
     tables
 }
 
-/// A column of the side-by-side table.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Column<'a> {
-    group: &'a str,
-    model: &'a str,
+/// What a row of the side-by-side table is about. Focal lengths and principal points mean the same in every model, and share
+/// a row; distortion does not, and has a row for each model.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct RowKey<'a> {
+    camera: &'a str,
+    size: [u64; 2],
+    parameter: &'a str,
+    model: Option<&'a str>,
 }
 
-fn side_by_side_table(analysis: &Analysis, columns: &[Column]) -> Table {
-    let mut header = vec!["camera".to_owned(), "parameter".to_owned()];
-    let mut above = vec![Span { columns: header.len(), lines: vec![] }];
-    for Column { group, model } in columns {
+fn side_by_side_table(analysis: &Analysis, groups: &[&str]) -> Table {
+    let mut header = ["camera", "model", "parameter"].map(str::to_owned).to_vec();
+    let text_columns = header.len();
+    let mut above = vec![Span { columns: text_columns, title: String::new() }];
+    for group in groups {
         header.extend(["mean", "std", "std %"].map(str::to_owned));
-        above.push(Span { columns: 3, lines: vec![(*group).to_owned(), (*model).to_owned()] });
+        above.push(Span { columns: 3, title: (*group).to_owned() });
     }
     let mut rows: Vec<Vec<Cell>> = Vec::new();
-    let mut row_of: BTreeMap<(&str, u64, u64, &str), usize> = BTreeMap::new();
+    let mut row_of: BTreeMap<RowKey, usize> = BTreeMap::new();
     for population in &analysis.populations {
-        let here =
-            |column: &Column| column.group == population.group && column.model == population.model;
-        let Some(column) = columns.iter().position(here) else { continue };
-        let (camera, width, height) =
-            (population.camera.as_str(), population.width, population.height);
+        let Some(group) = groups.iter().position(|group| *group == population.group) else {
+            continue;
+        };
+        let cells = text_columns + 3 * group..text_columns + 3 * group + 3;
+        let Population { camera, model, width, height, .. } = population;
         for parameter in population.parameters.iter().filter(|parameter| !is_held(parameter)) {
-            let row =
-                *row_of.entry((camera, width, height, &parameter.name)).or_insert_with(|| {
-                    let mut row = vec![camera.into(), parameter.name.as_str().into()];
-                    row.resize(header.len(), Cell::default());
-                    rows.push(row);
-                    rows.len() - 1
-                });
-            let cells = parameter_row(parameter);
+            let is_of_model =
+                !matches!(parameter.class, ParameterClass::Focal | ParameterClass::PrincipalPoint);
+            let mut key = RowKey {
+                camera,
+                size: [*width, *height],
+                parameter: &parameter.name,
+                model: is_of_model.then_some(model),
+            };
+            // A group may have a camera under two models: separate rows, never one over the other.
+            if row_of.get(&key).is_some_and(|&row| !rows[row][cells.start].text.is_empty()) {
+                key.model = Some(model);
+            }
+            let row = *row_of.entry(key).or_insert_with(|| {
+                let mut row: Vec<Cell> =
+                    [camera, model, &parameter.name].map(|text| text.as_str().into()).into();
+                row.resize(header.len(), Cell::default());
+                rows.push(row);
+                rows.len() - 1
+            });
+            if rows[row][1].text != *model {
+                rows[row][1] = "several".into();
+            }
             // Its mean, std and std %: the third to fifth of a parameter's row.
-            rows[row][2 + 3 * column..5 + 3 * column].clone_from_slice(&cells[2..5]);
+            rows[row][cells.clone()].clone_from_slice(&parameter_row(parameter)[2..5]);
         }
     }
-    Table { text_columns: 2, above, header, rows }
+    Table { text_columns, above, header, rows }
 }
 
 /// Whether all that is known of the parameter was held: it says nothing about stability.
@@ -213,5 +228,76 @@ fn tone(id: FindingId) -> Tone {
         | FindingId::CameraPerImage
         | FindingId::FewRuns
         | FindingId::Reading => Tone::Plain,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::plot::test_data::{analysis, estimated, held, parameter, population};
+    use super::*;
+
+    fn opencv(group: &str, model: &str, fx: f64) -> Population {
+        let parameters = vec![
+            parameter("fx", &estimated(&[fx, fx + 1.0, fx + 2.0])),
+            parameter("cx", &held(320.0, 3)),
+            parameter("k1", &estimated(&[-0.1, -0.11, -0.12])),
+        ];
+        population(group, "camera 1", model, parameters)
+    }
+
+    fn rows(table: &Table) -> Vec<String> {
+        let text = |row: &Vec<Cell>| row.iter().map(|cell| cell.text.clone()).collect::<Vec<_>>();
+        table.rows.iter().map(|row| text(row).join("|")).collect()
+    }
+
+    #[test]
+    fn focal_lengths_of_two_models_share_a_row_and_distortions_do_not() {
+        let analysis = analysis(vec![opencv("a", "OPENCV", 500.0), opencv("b", "RADTAN", 600.0)]);
+        let tables = side_by_side(&analysis, None);
+        let want = [
+            "camera 1|several|fx|501.0|1.0|0.20 %|601.0|1.0|0.17 %",
+            "camera 1|OPENCV|k1|-0.110|0.010|9.1 %|||",
+            "camera 1|RADTAN|k1||||-0.110|0.010|9.1 %",
+        ];
+        assert_eq!(tables.iter().flat_map(rows).collect::<Vec<_>>(), want);
+    }
+
+    #[test]
+    fn two_models_in_one_group_never_overwrite_each_other() {
+        let analysis = analysis(vec![opencv("a", "OPENCV", 500.0), opencv("a", "RADTAN", 600.0)]);
+        let found: Vec<String> = side_by_side(&analysis, None).iter().flat_map(rows).collect();
+        assert_eq!(found.len(), 4);
+        assert!(found.contains(&"camera 1|OPENCV|fx|501.0|1.0|0.20 %".to_owned()), "{found:?}");
+        assert!(found.contains(&"camera 1|RADTAN|fx|601.0|1.0|0.17 %".to_owned()), "{found:?}");
+    }
+
+    #[test]
+    fn a_narrow_terminal_gets_several_tables_with_every_group() {
+        let groups = ["a", "b", "c", "d"];
+        let analysis =
+            analysis(groups.iter().map(|group| opencv(group, "OPENCV", 500.0)).collect());
+        let tables = side_by_side(&analysis, Some(80));
+        assert!(tables.len() > 1 && tables.iter().all(|table| table.width() <= 80));
+        let titles: Vec<&str> = tables
+            .iter()
+            .flat_map(|table| &table.above[1..])
+            .map(|span| span.title.as_str())
+            .collect();
+        assert_eq!(titles, groups);
+    }
+
+    #[test]
+    fn equal_findings_of_several_groups_are_said_once() {
+        let mut analysis = analysis(vec![]);
+        let finding = |group: &str| Finding {
+            id: FindingId::FewRuns,
+            group: Some(group.to_owned()),
+            camera: None,
+            runs: vec![],
+            text: "few".to_owned(),
+        };
+        analysis.findings = vec![finding("a"), finding("b")];
+        let said: Vec<String> = findings(&analysis).into_iter().map(|cell| cell.text).collect();
+        assert_eq!(said, ["a, b: few"]);
     }
 }

@@ -17,11 +17,11 @@ pub(super) struct Table {
     pub rows: Vec<Vec<Cell>>,
 }
 
-/// Lines of text over a run of columns.
+/// A title over a run of columns.
 #[derive(Debug, Clone)]
 pub(super) struct Span {
     pub columns: usize,
-    pub lines: Vec<String>,
+    pub title: String,
 }
 
 /// A cell and how strongly it speaks.
@@ -87,17 +87,14 @@ impl Table {
         let widths = self.widths();
         let mut out = String::new();
         let bold = Style::new().bold();
-        let lines = self.above.iter().map(|span| span.lines.len()).max().unwrap_or(0);
-        for line in 0..lines {
-            let mut columns = widths.iter();
-            let mut text = String::new();
-            for span in &self.above {
-                let width: usize =
-                    columns.by_ref().take(span.columns).map(|width| width + GAP.len()).sum();
-                let words = span.lines.get(line).map_or("", String::as_str);
-                text.push_str(&format!("{GAP}{words:<fill$}", fill = width - GAP.len()));
-            }
-            out.push_str(&format!("{bold}{}{bold:#}\n", text.trim_end()));
+        let mut columns = widths.iter();
+        let mut titles = String::new();
+        for Span { columns: count, title } in &self.above {
+            let width: usize = columns.by_ref().take(*count).map(|width| width + GAP.len()).sum();
+            titles.push_str(&format!("{GAP}{title:<fill$}", fill = width - GAP.len()));
+        }
+        if !self.above.is_empty() {
+            out.push_str(&format!("{bold}{}{bold:#}\n", titles.trim_end()));
         }
         let header: Vec<Cell> = self.header.iter().map(|text| text.as_str().into()).collect();
         self.text_row(&mut out, &widths, &header, |_| bold);
@@ -122,9 +119,8 @@ impl Table {
         let mut start = 0;
         for span in &self.above {
             let end = start + span.columns;
-            let longest = span.lines.iter().map(|line| line.chars().count()).max().unwrap_or(0);
             let room = widths[start..end].iter().map(|width| width + GAP.len()).sum::<usize>();
-            widths[start] += (longest + GAP.len()).saturating_sub(room);
+            widths[start] += (span.title.chars().count() + GAP.len()).saturating_sub(room);
             start = end;
         }
         widths
@@ -158,11 +154,11 @@ impl Table {
             let cells: Vec<String> = cells.collect();
             let _ = writeln!(out, "| {} |", cells.join(" | "));
         };
-        let above = self.above.iter().flat_map(|span| {
-            let words = span.lines.join(" ");
-            std::iter::repeat_n(words, span.columns)
-        });
-        let above = above.chain(std::iter::repeat(String::new()));
+        let above = self
+            .above
+            .iter()
+            .flat_map(|Span { columns, title }| std::iter::repeat_n(title.as_str(), *columns));
+        let above = above.chain(std::iter::repeat(""));
         line(
             &mut self
                 .header
@@ -213,8 +209,8 @@ mod tests {
     #[test]
     fn what_stands_above_spans_its_columns_and_widens_them() {
         let mut table = table().without_empty_columns();
-        let lines = vec!["a long title".to_owned()];
-        table.above = vec![Span { columns: 1, lines: vec![] }, Span { columns: 1, lines }];
+        let title = |title: &str| Span { columns: 1, title: title.to_owned() };
+        table.above = vec![title(""), title("a long title")];
         let plain = anstream::adapter::strip_str(&table.text()).to_string();
         let want = "             a long title\n  parameter          mean\n  fx                425.3\n  k1               -0.356\n";
         assert_eq!(plain, want);

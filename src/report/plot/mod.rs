@@ -24,7 +24,7 @@ mod stem;
 mod subject;
 mod svg;
 #[cfg(test)]
-mod test_data;
+pub(super) mod test_data;
 #[cfg(test)]
 mod test_svg;
 #[cfg(test)]

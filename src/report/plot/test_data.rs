@@ -80,7 +80,7 @@ fn statistics(sample: &Sorted) -> Option<Statistics> {
         n: sample.n(),
         mean: sample.mean(),
         std: sample.std()?,
-        relative_std: None,
+        relative_std: Some(sample.std()? / sample.mean().abs()),
         std_interval_95: [0.0, 0.0],
         min: sample.min(),
         q1,
