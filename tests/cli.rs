@@ -157,6 +157,16 @@ fn skipped_runs_are_listed_in_every_output() {
         assert!(text.contains("fixtures/bad/nan/cameras.txt"), "{text}");
         assert!(text.contains("k2 is nan"), "{text}");
     }
+    let runs = fs::read_to_string(folder.path().join("runs.csv")).unwrap();
+    assert!(runs.contains("fixtures/bad/nan/cameras.txt"), "{runs}");
+    let plots = files(&folder.path().join("plots"));
+    let svgs: Vec<String> = plots
+        .into_iter()
+        .filter(|(path, _)| path.extension().unwrap() == "svg")
+        .map(|(_, content)| text(&content))
+        .collect();
+    assert_eq!(svgs.len(), 6);
+    assert!(svgs.iter().all(|svg| svg.contains("could not be read")));
 }
 
 #[test]

@@ -57,7 +57,7 @@ enum Match {
 enum Format {
     /// analysis.json: everything, at full precision (see `calibstab schema`)
     Json,
-    /// samples.csv and statistics.csv
+    /// runs.csv, samples.csv and statistics.csv
     Csv,
     /// report.md
     Md,
@@ -107,6 +107,14 @@ impl Match {
     }
 }
 
+type CsvTable = fn(&Analysis) -> csv::Result<Vec<u8>>;
+
+const CSV_TABLES: [(&str, CsvTable); 3] = [
+    ("runs.csv", report::runs_csv),
+    ("samples.csv", report::samples_csv),
+    ("statistics.csv", report::statistics_csv),
+];
+
 /// The files of a report.
 fn report_files(analysis: &Analysis, formats: &[Format]) -> Result<Vec<OutputFile>, Failure> {
     let failed =
@@ -118,9 +126,9 @@ fn report_files(analysis: &Analysis, formats: &[Format]) -> Result<Vec<OutputFil
         files.push(("analysis.json".into(), json.into_bytes()));
     }
     if wants(Format::Csv) {
-        let samples = report::samples_csv(analysis).map_err(|error| failed(&error))?;
-        let statistics = report::statistics_csv(analysis).map_err(|error| failed(&error))?;
-        files.extend([("samples.csv".into(), samples), ("statistics.csv".into(), statistics)]);
+        for (name, table) in CSV_TABLES {
+            files.push((name.into(), table(analysis).map_err(|error| failed(&error))?));
+        }
     }
     let figures = if wants(Format::Svg) || wants(Format::Png) {
         plot::figures(analysis).map_err(|error| failed(&error))?

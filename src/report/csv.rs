@@ -4,7 +4,7 @@ use csv::Writer;
 use serde::Serialize;
 
 use super::sections::outliers;
-use crate::stability::{Analysis, Parameter, ParameterClass, Population, SampleState};
+use crate::stability::{Analysis, FindingId, Parameter, ParameterClass, Population, SampleState};
 
 /// The columns that say which parameter of which camera a row is about.
 #[derive(Serialize)]
@@ -44,6 +44,52 @@ struct StatisticsRow {
     whisker_low: Option<f64>,
     whisker_high: Option<f64>,
     outliers: String,
+}
+
+#[derive(Serialize)]
+struct RunRow<'a> {
+    group: Option<&'a str>,
+    run: Option<&'a str>,
+    path: &'a str,
+    image_count: Option<usize>,
+    point_count: Option<usize>,
+    observation_count: Option<usize>,
+    is_used: bool,
+    duplicate_of: Option<&'a str>,
+    flags: String,
+}
+
+/// Every run, one a row; a run that could not be read has a path and no more.
+pub fn runs_csv(analysis: &Analysis) -> csv::Result<Vec<u8>> {
+    let mut rows = Writer::from_writer(Vec::new());
+    for run in &analysis.runs {
+        let flags: Vec<&str> = run.flags.iter().map(|flag| flag.name()).collect();
+        rows.serialize(RunRow {
+            group: Some(&run.group),
+            run: Some(&run.run),
+            path: run.files.first().map_or("", |file| &file.path),
+            image_count: run.image_count,
+            point_count: run.point_count,
+            observation_count: run.observation_count,
+            is_used: run.is_used,
+            duplicate_of: run.duplicate_of.as_deref(),
+            flags: flags.join(";"),
+        })?;
+    }
+    for skipped in &analysis.skipped {
+        rows.serialize(RunRow {
+            group: None,
+            run: None,
+            path: &skipped.path,
+            image_count: None,
+            point_count: None,
+            observation_count: None,
+            is_used: false,
+            duplicate_of: None,
+            flags: FindingId::SkippedRun.name().to_owned(),
+        })?;
+    }
+    finished(rows)
 }
 
 /// Every sample, one a row.

@@ -11,7 +11,7 @@ mod sections;
 mod table;
 mod terminal;
 
-pub use csv::{samples_csv, statistics_csv};
+pub use csv::{runs_csv, samples_csv, statistics_csv};
 pub use json::{analysis_json, schema_json};
 pub use markdown::markdown;
 pub use terminal::terminal;

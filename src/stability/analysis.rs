@@ -238,8 +238,8 @@ pub struct Finding {
 }
 
 /// The kinds of finding.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, JsonSchema)]
+#[schemars(rename_all = "kebab-case")]
 pub enum FindingId {
     /// Runs could not be read and were left out.
     SkippedRun,
@@ -265,4 +265,57 @@ pub enum FindingId {
     FewRuns,
     /// Something about how the files were read.
     Reading,
+}
+
+impl FindingId {
+    /// Its name, as in JSON.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::SkippedRun => "skipped-run",
+            Self::DuplicateRuns => "duplicate-runs",
+            Self::BogusCamera => "bogus-camera",
+            Self::FewImages => "few-images",
+            Self::MissingCamera => "missing-camera",
+            Self::UnusedCamera => "unused-camera",
+            Self::MixedCameras => "mixed-cameras",
+            Self::MixedStates => "mixed-states",
+            Self::CameraPerImage => "camera-per-image",
+            Self::CameraMatch => "camera-match",
+            Self::FewRuns => "few-runs",
+            Self::Reading => "reading",
+        }
+    }
+}
+
+impl Serialize for FindingId {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.name())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_schema_knows_findings_by_their_names() {
+        let schema = serde_json::to_value(schemars::schema_for!(FindingId)).unwrap().to_string();
+        let ids = [
+            FindingId::SkippedRun,
+            FindingId::DuplicateRuns,
+            FindingId::BogusCamera,
+            FindingId::FewImages,
+            FindingId::MissingCamera,
+            FindingId::UnusedCamera,
+            FindingId::MixedCameras,
+            FindingId::MixedStates,
+            FindingId::CameraPerImage,
+            FindingId::CameraMatch,
+            FindingId::FewRuns,
+            FindingId::Reading,
+        ];
+        for id in ids {
+            assert!(schema.contains(&format!("\"{}\"", id.name())), "{id:?} in {schema}");
+        }
+    }
 }

@@ -1,11 +1,12 @@
 //! What the panels of a figure leave out, in words below it.
 
-use crate::stability::Parameter;
+use crate::stability::{Parameter, RunRecord};
 
+use super::font::clean;
 use super::number::{short, unbroken};
 use super::subject::{Row, Subject, drawn, held};
 
-/// The held parameters with their values, and the runs that a group lacks.
+/// The held parameters with their values, the runs that a group lacks, and those that are suspect.
 pub fn notes(subject: &Subject, rows: &[Row]) -> Vec<String> {
     let mut notes = Vec::new();
     let held: Vec<String> =
@@ -17,7 +18,41 @@ pub fn notes(subject: &Subject, rows: &[Row]) -> Vec<String> {
         notes.extend(partly_held(subject, row));
     }
     notes.extend(missing(subject, rows));
+    notes.extend(suspect(subject));
     notes
+}
+
+/// The runs of the subject's groups that are flagged or copies, and how many could not be read.
+fn suspect(subject: &Subject) -> Vec<String> {
+    /// A longer list is for the report's text.
+    const LISTED: usize = 6;
+    let is_shown =
+        |run: &&RunRecord| subject.members.iter().any(|m| m.population.group == run.group);
+    let runs = || subject.analysis.runs.iter().filter(is_shown);
+    let flagged = runs().filter(|run| !run.flags.is_empty()).map(|run| {
+        let flags: Vec<&str> = run.flags.iter().map(|flag| flag.name()).collect();
+        let left_out = if run.is_used { "" } else { ", left out" };
+        format!("{} of {} ({}{left_out})", clean(&run.run), clean(&run.group), flags.join(", "))
+    });
+    let copies = runs().filter_map(|run| {
+        let original = run.duplicate_of.as_ref()?;
+        Some(format!("{} of {} (of {})", clean(&run.run), clean(&run.group), clean(original)))
+    });
+    let skipped = subject.analysis.skipped.iter().map(|skipped| clean(&skipped.path));
+    let kinds: [(&str, Vec<String>); 3] = [
+        ("Flagged", flagged.collect()),
+        ("Copies, not drawn", copies.collect()),
+        ("Skipped, as they could not be read", skipped.collect()),
+    ];
+    let note = |(what, mut runs): (&str, Vec<String>)| {
+        let more = runs.len().saturating_sub(LISTED);
+        if more > 0 {
+            runs.truncate(LISTED);
+            runs.push(format!("{more} more"));
+        }
+        (!runs.is_empty()).then(|| format!("{what}: {}.", runs.join("; ")))
+    };
+    kinds.into_iter().filter_map(note).collect()
 }
 
 /// `cx = 376 px`, or by group where groups differ.

@@ -12,6 +12,8 @@ pub struct Subject<'a> {
     pub width: u64,
     pub height: u64,
     pub members: Vec<Member<'a>>,
+    /// The analysis that it is part of.
+    pub analysis: &'a Analysis,
 }
 
 /// That camera in one group.
@@ -42,14 +44,14 @@ pub fn subjects(analysis: &Analysis) -> Vec<Subject<'_>> {
             Member { group: clean(&population.group), style: Style::of_group(index), population };
         match subjects.iter_mut().find(|subject| subject.is_of(population)) {
             Some(subject) => subject.members.push(member),
-            None => subjects.push(Subject::with(member)),
+            None => subjects.push(Subject::with(member, analysis)),
         }
     }
     subjects
 }
 
 impl<'a> Subject<'a> {
-    fn with(member: Member<'a>) -> Self {
+    fn with(member: Member<'a>, analysis: &'a Analysis) -> Self {
         let Population { camera, model, width, height, .. } = member.population;
         Self {
             camera: clean(camera),
@@ -57,6 +59,7 @@ impl<'a> Subject<'a> {
             width: *width,
             height: *height,
             members: vec![member],
+            analysis,
         }
     }
 
