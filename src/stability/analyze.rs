@@ -1,6 +1,6 @@
 //! From runs to an analysis.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::identity::{DecidedBy, MatchError, match_cameras};
 use super::physical::{CameraOfGroup, labels, physical_cameras};
@@ -86,6 +86,8 @@ impl<'a> Group<'a> {
     fn records(&self) -> Vec<RunRecord> {
         let record = |(index, run): (usize, &Run)| {
             let geometry = run.scene.geometry.as_ref();
+            let flags: BTreeSet<FindingId> =
+                self.screened[index].findings.iter().map(|finding| finding.id).collect();
             RunRecord {
                 group: run.group.clone(),
                 run: run.name.clone(),
@@ -96,7 +98,7 @@ impl<'a> Group<'a> {
                 duplicate_of: self.screened[index]
                     .duplicate_of
                     .map(|of| self.runs[of].name.clone()),
-                flags: self.screened[index].findings.iter().map(|finding| finding.id).collect(),
+                flags: flags.into_iter().collect(),
                 is_used: self.is_used[index],
             }
         };
