@@ -1,10 +1,73 @@
 //! `DOUBLE_SPHERE`: double sphere model of Usenko, Demmel and Cremers.
+//!
+//! d1 = |(x, y, z)|, s = xi d1 + z, d2 = sqrt(x^2 + y^2 + s^2), w = alpha d2 + (1 - alpha) s
+//! px = fx x / w + cx, py = fy y / w + cy
+//!
+//! V. Usenko, N. Demmel, D. Cremers, The Double Sphere Camera Model, 3DV 2018.
+
+use nalgebra::{Matrix2, Vector2, Vector3};
 
 use super::param::{focal, principal_point, extra};
-use super::{CameraModel, Param, DoubleSphere};
+use super::{CameraModel, Linearized, Param, DoubleSphere};
+use super::lens::{self, Bent};
 
 impl CameraModel<6> for DoubleSphere {
     const NAME: &str = "DOUBLE_SPHERE";
     const COLMAP_ID: Option<i32> = None;
     const PARAMS: [Param; 6] = [focal("fx"), focal("fy"), principal_point("cx"), principal_point("cy"), extra("xi"), extra("alpha")];
+    const EXAMPLES: &[[f64; 6]] = &[
+        [313.0, 313.0, 638.0, 514.0, -0.18, 0.59],
+        [500.0, 490.0, 320.0, 240.0, 0.2, 0.4],
+        [420.0, 420.0, 512.0, 512.0, -0.3, 0.7],
+    ];
+
+    #[inline(always)]
+    fn linearize(params: &[f64; 6], point: &Vector3<f64>) -> Option<Linearized<6>> {
+        let [fx, fy, cx, cy, xi, alpha] = *params;
+        let d1 = point.norm();
+        let wrt_d1 = point / d1;
+        let s = xi * d1 + point.z;
+        let wrt_s = wrt_d1 * xi + Vector3::z();
+        let d2 = (point.xy().norm_squared() + s * s).sqrt();
+        let wrt_d2 = (Vector3::new(point.x, point.y, 0.0) + wrt_s * s) / d2;
+        let w = alpha * d2 + (1.0 - alpha) * s;
+        let sees = w > 0.0 && point.z > lowest_z(xi, alpha) * d1;
+        let seen = lens::over(point, w, wrt_d2 * alpha + wrt_s * (1.0 - alpha)).filter(|_| sees)?;
+        let wrt_xi = (alpha * s / d2 + 1.0 - alpha) * d1;
+        let wrt_coefficients =
+            Matrix2::from_columns(&[seen.at * (-wrt_xi / w), seen.at * (-(d2 - s) / w)]);
+        let bent = Bent { at: seen.at, wrt_at: Matrix2::identity(), wrt_coefficients };
+        Some(lens::two_focals([fx, fy, cx, cy], seen, bent))
+    }
+
+    #[inline(always)]
+    fn unproject(params: &[f64; 6], pixel: &Vector2<f64>) -> Option<Vector3<f64>> {
+        let [fx, fy, cx, cy, xi, alpha] = *params;
+        let at = lens::undo_two_focals([fx, fy, cx, cy], pixel);
+        let r2 = at.norm_squared();
+        let under = 1.0 - (2.0 * alpha - 1.0) * r2;
+        if under < 0.0 {
+            return None;
+        }
+        let mz = (1.0 - alpha * alpha * r2) / (alpha * under.sqrt() + 1.0 - alpha);
+        let over = mz * mz + (1.0 - xi * xi) * r2;
+        if over < 0.0 {
+            return None;
+        }
+        let scale = (mz * xi + over.sqrt()) / (mz * mz + r2);
+        let ray = (at * scale).push(scale * mz - xi);
+        (ray.z > lowest_z(xi, alpha) * ray.norm()).then_some(ray)
+    }
+
+    fn largest_angle(params: &[f64; 6]) -> f64 {
+        let [.., xi, alpha] = *params;
+        lowest_z(xi, alpha).clamp(-1.0, 1.0).acos()
+    }
+}
+
+/// The least z / |(x, y, z)| that is seen; equation 43 of the paper.
+#[inline(always)]
+fn lowest_z(xi: f64, alpha: f64) -> f64 {
+    let w1 = if alpha > 0.5 { (1.0 - alpha) / alpha } else { alpha / (1.0 - alpha) };
+    -(w1 + xi) / (2.0 * w1 * xi + xi * xi + 1.0).sqrt()
 }

@@ -34,6 +34,28 @@ pub enum CameraError {
         /// Its value.
         value: f64,
     },
+    /// The point is where the camera is: it has no direction.
+    #[error("the point is at the camera's centre")]
+    PointAtCameraCenter,
+    /// The point is behind a camera that sees only what is before it.
+    #[error("the point is behind the camera: its z is {z}, and must be above {min_z}")]
+    PointBehindCamera {
+        /// The point's depth, along the direction in which the camera looks.
+        z: f64,
+        /// The least depth that is seen.
+        min_z: f64,
+    },
+    /// The point is further from the axis than the lens sees, or than its distortion is one-to-one.
+    #[error("the point is beyond the angle that the lens sees")]
+    ProjectionOutOfBounds,
+    /// No point is seen at the pixel.
+    #[error("no ray leads to the pixel ({x}, {y})")]
+    PointOutsideImage {
+        /// Its x, in px.
+        x: f64,
+        /// Its y, in px.
+        y: f64,
+    },
 }
 
 impl CameraError {

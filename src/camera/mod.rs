@@ -3,12 +3,20 @@
 //! Knows nothing of images, files or scenes. Pixels follow COLMAP: the centre of the first one is (0.5, 0.5).
 
 mod error;
+pub mod laws;
+mod lens;
 mod param;
+mod polynomial;
+
+use nalgebra::{Vector2, Vector3};
 
 pub use error::{CameraError, ModelName};
+pub use lens::Linearized;
 pub use param::{Param, ParamClass};
 
 /// What a camera model states about itself.
+///
+/// A model writes its formula once, with derivatives, in `linearize`; what is not needed costs nothing when inlined.
 pub trait CameraModel<const N: usize> {
     /// Its name in a cameras.txt.
     const NAME: &str;
@@ -16,6 +24,32 @@ pub trait CameraModel<const N: usize> {
     const COLMAP_ID: Option<i32>;
     /// Its parameters, in file order.
     const PARAMS: [Param; N];
+    /// Parameters of real and of hard lenses, on which the laws are tested.
+    const EXAMPLES: &[[f64; N]];
+
+    /// The pixel of a point in camera coordinates, and its derivatives; none where the lens does not see or its map folds.
+    fn linearize(params: &[f64; N], point: &Vector3<f64>) -> Option<Linearized<N>>;
+
+    /// The direction of what a pixel sees, of any length; none when nothing is seen there.
+    fn unproject(params: &[f64; N], pixel: &Vector2<f64>) -> Option<Vector3<f64>>;
+
+    /// The largest angle from the optical axis, in radians, that the lens sees without folding, decentring aside.
+    fn largest_angle(params: &[f64; N]) -> f64;
+
+    /// The pixel of a point in camera coordinates.
+    #[inline(always)]
+    fn project(params: &[f64; N], point: &Vector3<f64>) -> Option<Vector2<f64>> {
+        Some(Self::linearize(params, point)?.pixel)
+    }
+}
+
+/// Work to be done with whatever model a camera has: compiled once for each, so that loops inside it never ask.
+pub trait Job {
+    /// What it gives.
+    type Output;
+
+    /// The work.
+    fn run<M: CameraModel<N>, const N: usize>(self, params: &[f64; N]) -> Self::Output;
 }
 
 /// A camera model, as data.
@@ -55,6 +89,14 @@ macro_rules! models {
             $($Model([f64; $n]),)+
         }
 
+        /// Every example of every model.
+        #[cfg(test)]
+        fn examples() -> Vec<Intrinsics> {
+            let mut all = Vec::new();
+            $(all.extend($Model::EXAMPLES.iter().map(|params| Intrinsics::$Model(*params)));)+
+            all
+        }
+
         /// Every camera model, COLMAP's first, in the order of their ids.
         pub static MODELS: &[Model] = &[$($Model::MODEL),+];
 
@@ -63,6 +105,13 @@ macro_rules! models {
             pub fn model(&self) -> &'static Model {
                 match self {
                     $(Self::$Model(_) => &$Model::MODEL,)+
+                }
+            }
+
+            /// Does work with this model and these parameters.
+            pub fn visit<J: Job>(&self, job: J) -> J::Output {
+                match self {
+                    $(Self::$Model(params) => job.run::<$Model, $n>(params),)+
                 }
             }
 
@@ -134,6 +183,67 @@ impl Model {
     }
 }
 
+impl Intrinsics {
+    /// The pixel of a point in camera coordinates; the first pixel's centre is (0.5, 0.5).
+    pub fn project(&self, point: &Vector3<f64>) -> Result<Vector2<f64>, CameraError> {
+        self.visit(Project(point)).ok_or_else(|| self.why_unseen(point))
+    }
+
+    /// The unit ray, in camera coordinates, of what a pixel sees.
+    pub fn unproject(&self, pixel: &Vector2<f64>) -> Result<Vector3<f64>, CameraError> {
+        let unseen = || CameraError::PointOutsideImage { x: pixel.x, y: pixel.y };
+        let ray = self.visit(Unproject(pixel)).ok_or_else(unseen)?;
+        ray.try_normalize(0.0).ok_or_else(unseen)
+    }
+
+    /// The largest angle from the optical axis, in radians, that the lens sees without folding, decentring aside.
+    pub fn largest_angle(&self) -> f64 {
+        self.visit(LargestAngle)
+    }
+
+    fn why_unseen(&self, point: &Vector3<f64>) -> CameraError {
+        let looks_back = self.visit(Project(&Vector3::z())).is_none();
+        let z = if looks_back { -point.z } else { point.z };
+        if point.norm_squared() <= 0.0 {
+            CameraError::PointAtCameraCenter
+        } else if z <= 0.0 && self.largest_angle() <= std::f64::consts::FRAC_PI_2 {
+            CameraError::PointBehindCamera { z, min_z: 0.0 }
+        } else {
+            CameraError::ProjectionOutOfBounds
+        }
+    }
+}
+
+struct Project<'a>(&'a Vector3<f64>);
+
+impl Job for Project<'_> {
+    type Output = Option<Vector2<f64>>;
+
+    fn run<M: CameraModel<N>, const N: usize>(self, params: &[f64; N]) -> Self::Output {
+        M::project(params, self.0)
+    }
+}
+
+struct Unproject<'a>(&'a Vector2<f64>);
+
+impl Job for Unproject<'_> {
+    type Output = Option<Vector3<f64>>;
+
+    fn run<M: CameraModel<N>, const N: usize>(self, params: &[f64; N]) -> Self::Output {
+        M::unproject(params, self.0)
+    }
+}
+
+struct LargestAngle;
+
+impl Job for LargestAngle {
+    type Output = f64;
+
+    fn run<M: CameraModel<N>, const N: usize>(self, params: &[f64; N]) -> f64 {
+        M::largest_angle(params)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -182,6 +292,35 @@ mod tests {
             assert_eq!(model.with_params(&params).unwrap_err(), want);
             params[index] = before;
         }
+    }
+
+    #[test]
+    fn the_thesis_camera_folds_inside_its_own_image() {
+        let params = [1011.91, 640.0, 480.0, -0.241569];
+        let camera = Model::named("SIMPLE_RADIAL").unwrap().with_params(&params).unwrap();
+        // 1 + 3 k r^2 = 0 at r = 1 / sqrt(-3 k), where the image radius f r (1 + k r^2) = f r 2/3 is 792.4 px
+        let fold = camera.largest_angle().tan();
+        assert!((1011.91 * fold * 2.0 / 3.0 - 792.4).abs() < 0.05, "{fold}");
+        assert!(camera.unproject(&Vector2::new(640.0 + 792.3, 480.0)).is_ok());
+        let corner = camera.unproject(&Vector2::new(0.0, 0.0)).unwrap_err();
+        assert_eq!(corner, CameraError::PointOutsideImage { x: 0.0, y: 0.0 });
+    }
+
+    #[test]
+    fn what_is_not_seen_is_told_why() {
+        let camera =
+            |name: &str, params: &[f64]| Model::named(name).unwrap().with_params(params).unwrap();
+        let pinhole = camera("SIMPLE_PINHOLE", &[500.0, 320.0, 240.0]);
+        let why =
+            |camera: &Intrinsics, x, y, z| camera.project(&Vector3::new(x, y, z)).unwrap_err();
+        let behind = CameraError::PointBehindCamera { z: -2.0, min_z: 0.0 };
+        assert_eq!(why(&pinhole, 0.0, 1.0, -2.0), behind);
+        assert_eq!(why(&pinhole, 0.0, 0.0, 0.0), CameraError::PointAtCameraCenter);
+        let radial = camera("SIMPLE_RADIAL", &[500.0, 320.0, 240.0, -0.3]);
+        assert_eq!(why(&radial, 3.0, 0.0, 1.0), CameraError::ProjectionOutOfBounds);
+        let back = camera("BAL_STRICT", &[500.0, 0.0, 0.0]);
+        assert_eq!(why(&back, 0.0, 1.0, 2.0), behind);
+        assert!(back.project(&Vector3::new(0.0, 1.0, -2.0)).is_ok());
     }
 
     #[test]

@@ -1,10 +1,45 @@
 //! `RADTAN`: `OPENCV` with a third radial term (ROS's plumb_bob).
+//!
+//! u = x / z, v = y / z, r2 = u^2 + v^2
+//! s = 1 + k1 r2 + k2 r2^2 + k3 r2^3
+//! px = fx (s u + 2 p1 u v + p2 (r2 + 2 u^2)) + cx
+//! py = fy (s v + 2 p2 u v + p1 (r2 + 2 v^2)) + cy
+
+use nalgebra::{Vector2, Vector3};
 
 use super::param::{focal, principal_point, polynomial};
-use super::{CameraModel, Param, RadTan};
+use super::{CameraModel, Linearized, Param, RadTan};
+use super::lens::{self, Bent};
 
 impl CameraModel<9> for RadTan {
     const NAME: &str = "RADTAN";
     const COLMAP_ID: Option<i32> = None;
     const PARAMS: [Param; 9] = [focal("fx"), focal("fy"), principal_point("cx"), principal_point("cy"), polynomial("k1"), polynomial("k2"), polynomial("p1"), polynomial("p2"), polynomial("k3")];
+    const EXAMPLES: &[[f64; 9]] = &[
+        [500.0, 490.0, 320.0, 240.0, -0.3, 0.12, 0.001, -0.002, -0.02],
+        [500.0, 490.0, 320.0, 240.0, 0.1, -0.02, 0.001, -0.002, 0.01],
+    ];
+
+    #[inline(always)]
+    fn linearize(params: &[f64; 9], point: &Vector3<f64>) -> Option<Linearized<9>> {
+        let [fx, fy, cx, cy, bend @ ..] = *params;
+        let seen = lens::pinhole(point)?;
+        Some(lens::two_focals([fx, fy, cx, cy], seen, bent(bend, seen.at)?))
+    }
+
+    #[inline(always)]
+    fn unproject(params: &[f64; 9], pixel: &Vector2<f64>) -> Option<Vector3<f64>> {
+        let [fx, fy, cx, cy, bend @ ..] = *params;
+        Some(lens::unbend(lens::undo_two_focals([fx, fy, cx, cy], pixel), |at| bent(bend, at))?.push(1.0))
+    }
+
+    fn largest_angle(params: &[f64; 9]) -> f64 {
+        let [.., k1, k2, _, _, k3] = *params;
+        lens::pinhole_fold(&[k1, k2, k3])
+    }
+}
+
+#[inline(always)]
+fn bent([k1, k2, p1, p2, k3]: [f64; 5], at: Vector2<f64>) -> Option<Bent<5>> {
+    lens::brown(at, (&[k1, k2, k3], [0, 1, 4]), ([p1, p2], [2, 3]))
 }
