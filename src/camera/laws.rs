@@ -206,4 +206,57 @@ mod tests {
     fn nothing_is_seen_beyond_the_largest_angle() {
         hold(|example| example.visit(Edge), 100);
     }
+
+    /// Uniform in [-1, 1), the same numbers at every run (Marsaglia, Xorshift RNGs, 2003).
+    struct Random(u64);
+
+    impl Random {
+        fn next(&mut self) -> f64 {
+            self.0 ^= self.0 << 13;
+            self.0 ^= self.0 >> 7;
+            self.0 ^= self.0 << 17;
+            (self.0 >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+        }
+    }
+
+    /// How many pixels of random cameras are tried for each model: a thousand, or what the environment says.
+    fn trials() -> usize {
+        let wanted = std::env::var("CALIBSTAB_PIXELS").ok();
+        wanted.map_or(1000, |count| count.parse().unwrap())
+    }
+
+    struct PixelsOfRandomCameras;
+    impl Job for PixelsOfRandomCameras {
+        type Output = usize;
+        fn run<M: CameraModel<N>, const N: usize>(self, params: &[f64; N]) -> usize {
+            let mut random = Random(0x9e37_79b9_7f4a_7c15);
+            let mut seen = 0;
+            for _ in 0..trials() {
+                let mut params = *params;
+                for (value, param) in params.iter_mut().zip(&M::PARAMS) {
+                    *value *= 1.0 + 0.3 * random.next();
+                    if param.is_small {
+                        *value += 0.05 * random.next();
+                    }
+                }
+                let pixel =
+                    Vector2::new(700.0 + 900.0 * random.next(), 500.0 + 700.0 * random.next());
+                let Some(ray) = M::unproject(&params, &pixel) else { continue };
+                let back = M::project(&params, &ray);
+                let error = back.map(|back| (back - pixel).norm());
+                assert!(
+                    error.is_some_and(|error| error <= 1e-9),
+                    "{} {params:?} at {pixel:?}: {error:?} px off",
+                    M::NAME
+                );
+                seen += 1;
+            }
+            seen
+        }
+    }
+
+    #[test]
+    fn a_pixel_has_a_ray_that_leads_back_to_it_or_none() {
+        hold(|example| example.visit(PixelsOfRandomCameras), trials() / 4);
+    }
 }
