@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """Makes fixtures/golden_pixels.csv: what pycolmap 4.2.1 says that its camera models see, for tests/golden_pixels.rs.
 
-    scripts/make_golden_pixels.py
+    scripts/make_golden_pixels.py            writes the table
+    scripts/make_golden_pixels.py --check    compares it with pycolmap to 1e-9 px, and writes nothing
 
 One row a projection: model, parameters, point, pixel. Points lie before the camera, as COLMAP refuses others for most
 models, and within the angle at which the lens folds: beyond it COLMAP wraps around without complaint. Its FOV model is wrong
@@ -10,6 +11,7 @@ for |omega| < 0.01, so no such camera is here.
 
 import csv
 import math
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -62,16 +64,38 @@ def points(widest_deg: float, seed: int) -> np.ndarray:
     return np.c_[across * np.cos(around), across * np.sin(around), np.cos(angle)] * far[:, None]
 
 
+def rows() -> list[list[str]]:
+    made = [["model", "params", "x", "y", "z", "px", "py"]]
+    for seed, (model, params, widest_deg) in enumerate(CAMERAS):
+        camera = pycolmap.Camera(camera_id=1, model=model, width=1000, height=1000, params=params)
+        for point in points(widest_deg, seed):
+            pixel = camera.img_from_cam(point)
+            assert pixel is not None, (model, point)
+            numbers = [repr(float(number)) for number in [*point, *pixel]]
+            made.append([model, " ".join(repr(float(value)) for value in params), *numbers])
+    return made
+
+
+def check() -> None:
+    """The points come from numpy's sines, whose last bit differs between machines: pycolmap sees the points of the file."""
+    with OUT.open(newline="") as file:
+        table = list(csv.DictReader(file))
+    assert len(table) == len(rows()) - 1, "the table has not the rows that this script makes"
+    for row in table:
+        params = [float(value) for value in row["params"].split(" ")]
+        camera = pycolmap.Camera(camera_id=1, model=row["model"], width=1000, height=1000, params=params)
+        pixel = camera.img_from_cam(np.array([float(row[axis]) for axis in "xyz"]))
+        error = math.dist(pixel, (float(row["px"]), float(row["py"])))
+        assert error <= 1e-9, (row, error)
+    print(f"{len(table)} golden pixels compared, 0 differ")
+
+
 def main() -> None:
+    if sys.argv[1:] == ["--check"]:
+        check()
+        return
     with OUT.open("w", newline="") as file:
-        rows = csv.writer(file, lineterminator="\n")
-        rows.writerow(["model", "params", "x", "y", "z", "px", "py"])
-        for seed, (model, params, widest_deg) in enumerate(CAMERAS):
-            camera = pycolmap.Camera(camera_id=1, model=model, width=1000, height=1000, params=params)
-            for point in points(widest_deg, seed):
-                pixel = camera.img_from_cam(point)
-                assert pixel is not None, (model, point)
-                rows.writerow([model, " ".join(map(repr, map(float, params))), *map(repr, map(float, [*point, *pixel]))])
+        csv.writer(file, lineterminator="\n").writerows(rows())
 
 
 if __name__ == "__main__":
