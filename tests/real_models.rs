@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use calibstab::colmap::{Form, find, read};
-use calibstab::scene::{Geometry, Keypoint, Point3DId, Scene};
+use calibstab::colmap::{Form, ModelFiles, find, read};
+use calibstab::scene::{Geometry, Image, ImageId, Keypoint, Point3DId, Points3D, Scene};
 
 /// The folder of models, which is not part of the package.
 #[allow(clippy::print_stderr)] // a test that is skipped says so
@@ -26,6 +26,16 @@ fn geometry(scene: &Scene) -> &Geometry {
     geometry
 }
 
+/// What the faces for models larger than memory hand out.
+fn one_by_one(model: &ModelFiles) -> (BTreeMap<ImageId, Image>, Points3D) {
+    let (mut images, mut points) = (BTreeMap::new(), Points3D::default());
+    let read = model
+        .for_each_image(|id, image| assert!(images.insert(id, image).is_none()))
+        .and_then(|()| model.for_each_point(|point| points.push(point)));
+    read.unwrap_or_else(|error| panic!("{error}"));
+    (images, points)
+}
+
 #[test]
 fn every_model_reads() {
     let Some(data) = data() else { return };
@@ -42,6 +52,8 @@ fn every_model_reads() {
         binary_count += usize::from(model.form == Form::Binary);
         mounted_count += usize::from(geometry.mounting.is_some());
         assert_eq!(model.paths().count(), if geometry.mounting.is_some() { 5 } else { 3 });
+        let (images, points) = one_by_one(model);
+        assert!(images == geometry.images && points == geometry.points, "{model:?}");
     }
     assert_eq!((models.len(), binary_count, mounted_count), (83, 3, 81));
     assert!(observation_count > 500_000, "{observation_count}");
@@ -53,7 +65,7 @@ fn content(scene: &Scene) -> impl PartialEq + std::fmt::Debug {
     let points: BTreeMap<Point3DId, _> = geometry
         .points
         .iter()
-        .map(|point| (point.id, (point.xyz, point.rgb, point.track.to_vec())))
+        .map(|point| (point.id, (point.xyz, point.rgb, point.track.collect::<Vec<_>>())))
         .collect();
     let keypoints: Vec<Keypoint> =
         geometry.images.values().flat_map(|image| image.keypoints.iter()).collect();

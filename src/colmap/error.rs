@@ -1,9 +1,11 @@
 //! What a user is told when a model cannot be read: the place, the reason, and the line itself.
 
 use std::fmt;
-use std::io;
+use std::fs::File;
+use std::io::{self, BufReader, Read};
 use std::path::{Path, PathBuf};
 
+use super::block::Block;
 use super::excerpt::{Excerpt, escaped};
 use super::source::Fault;
 use super::text::BYTE_ORDER_MARK;
@@ -76,15 +78,27 @@ pub enum ReadError {
 
 impl ReadError {
     /// The fault, with the place that its byte is in this file.
-    pub(super) fn at(file: &Path, form: Form, bytes: &[u8], fault: Fault) -> Self {
-        let (file, why) = (file.to_owned(), *fault.why);
+    pub(super) fn at(file: &Path, form: Form, block: &Block, fault: Fault) -> Self {
+        let why = *fault.why;
         match form {
-            Form::Binary => Self::Byte { file, offset: fault.at, why },
-            Form::Text => {
-                let place = Place::of(bytes, fault.at);
-                Self::Line { file, line: place.line, column: place.column, text: place.text, why }
-            }
+            Form::Binary => Self::Byte { file: file.to_owned(), offset: fault.at, why },
+            Form::Text => match Place::of(file, block, fault.at) {
+                Ok(Place { line, column, text }) => {
+                    Self::Line { file: file.to_owned(), line, column, text, why }
+                }
+                Err(source) => Self::could_not_open(file, source),
+            },
         }
+    }
+
+    /// What the system said when this file should be read.
+    pub(super) fn could_not_open(file: &Path, source: io::Error) -> Self {
+        Self::Open { file: file.to_owned(), source }
+    }
+
+    /// A file that was not the same when it was read again.
+    pub(super) fn changed(file: &Path) -> Self {
+        Self::could_not_open(file, io::Error::other("it changed while it was read"))
     }
 
     /// The reason, apart from its place, when it lies in a file's content.
@@ -108,9 +122,13 @@ struct Place {
 }
 
 impl Place {
-    fn of(bytes: &[u8], at: usize) -> Self {
+    /// Where this byte of the file is, which lies in the block. The lines before the block are counted in the file.
+    fn of(file: &Path, block: &Block, at: usize) -> io::Result<Self> {
+        let bytes = &block.bytes;
+        let at = at - block.offset;
         let (before, after) = bytes.split_at(at.min(bytes.len()));
-        let line = 1 + before.iter().filter(|&&byte| byte == b'\n').count();
+        let earlier = lines_before(file, block.offset)?;
+        let line = 1 + earlier + before.iter().filter(|&&byte| byte == b'\n').count();
         let mut start = before.iter().rposition(|&byte| byte == b'\n').map_or(0, |end| end + 1);
         if line == 1 && before.starts_with(BYTE_ORDER_MARK) {
             start = BYTE_ORDER_MARK.len();
@@ -119,8 +137,20 @@ impl Place {
         let whole = bytes[start..end].trim_ascii_end();
         let at = (at - start).min(whole.len());
         let column = 1 + String::from_utf8_lossy(&whole[..at]).chars().count();
-        Self { line, column, text: Excerpt::of(whole, at) }
+        Ok(Self { line, column, text: Excerpt::of(whole, at) })
     }
+}
+
+/// How many lines end before this byte.
+fn lines_before(file: &Path, at: usize) -> io::Result<usize> {
+    let mut lines = 0;
+    if at > 0 {
+        let start = BufReader::new(File::open(file)?.take(at as u64));
+        for byte in start.bytes() {
+            lines += usize::from(byte? == b'\n');
+        }
+    }
+    Ok(lines)
 }
 
 impl fmt::Display for ReadError {

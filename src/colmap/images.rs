@@ -3,32 +3,53 @@
 use std::collections::BTreeMap;
 
 use super::Why;
-use super::source::{Fault, Listed, Records, Source};
+use super::source::{Fault, Layout, Listed, Records, Source};
 use crate::scene::{Camera, CameraId, Image, ImageId, Keypoint, Keypoints, Point3DId};
 
 /// The records of an images file.
-pub struct Images<'a, Check> {
+pub struct Images<'a, Take> {
     /// The cameras that may have taken them.
     pub cameras: &'a BTreeMap<CameraId, Camera>,
-    /// Asked about every keypoint that names a point: what is wrong with it, if anything.
-    pub check: Check,
+    /// Where they go.
+    pub take: &'a mut Take,
+}
+
+/// What is done with images as they are read.
+pub trait TakeImages {
+    /// Whether no image had this id.
+    fn is_new(&mut self, _: ImageId) -> bool {
+        true
+    }
+
+    /// What is wrong with the keypoint of this index, which names this point.
+    fn check(&mut self, _: ImageId, _index: usize, _: Point3DId) -> Result<(), Why> {
+        Ok(())
+    }
+
+    /// An image that is read.
+    fn take(&mut self, id: ImageId, image: Image);
 }
 
 /// An image with the empty name and no keypoint takes 73 bytes.
-const IMAGES: Listed =
-    Listed { name: "images", count: "count of images", fields: 1, min_bytes: 73 };
+pub const IMAGES: Layout = Layout {
+    records: Listed { name: "images", count: "count of images", fields: 1, min_bytes: 73 },
+    lines: 2,
+    bytes_before_name: 64,
+    has_name: true,
+    items: KEYPOINTS,
+};
 const KEYPOINTS: Listed =
     Listed { name: "keypoints", count: "count of keypoints", fields: 3, min_bytes: 24 };
 
-impl<Check: Fn(ImageId, usize, Point3DId) -> Result<(), Why>> Records for Images<'_, Check> {
-    type Read = BTreeMap<ImageId, Image>;
+impl<Take: TakeImages> Records for Images<'_, Take> {
+    type Read = ();
 
-    fn read(self, source: &mut impl Source) -> Result<Self::Read, Fault> {
-        let mut images = BTreeMap::new();
-        while source.next_record(&IMAGES)? {
+    fn read(self, source: &mut impl Source) -> Result<(), Fault> {
+        let mut keypoints = Keypoints::default();
+        while source.next_record(&IMAGES.records)? {
             let field = "image id";
             let id = ImageId(source.id(field)?);
-            if images.contains_key(&id) {
+            if !self.take.is_new(id) {
                 return Err(source.fault(Why::Duplicate { field, id: id.0.into() }));
             }
             let cam_from_world = source.pose()?;
@@ -38,27 +59,47 @@ impl<Check: Fn(ImageId, usize, Point3DId) -> Result<(), Why>> Records for Images
             }
             let name = source.name("image name")?.to_owned();
             source.second_line(id)?;
-            let check = |index, point| (self.check)(id, index, point);
-            let keypoints = keypoints(source, check)?;
-            images.insert(id, Image { name, camera, cam_from_world, keypoints });
+            let check = |index, point| self.take.check(id, index, point);
+            read_keypoints(source, &mut keypoints, check)?;
+            // The clone takes no more room than it needs.
+            let keypoints = keypoints.clone();
+            self.take.take(id, Image { name, camera, cam_from_world, keypoints });
         }
-        Ok(images)
+        Ok(())
     }
 }
 
-fn keypoints(
+fn read_keypoints(
     source: &mut impl Source,
-    check: impl Fn(usize, Point3DId) -> Result<(), Why>,
-) -> Result<Keypoints, Fault> {
-    let count = source.list(&KEYPOINTS)?;
-    let mut keypoints = Keypoints::with_capacity(count);
-    for index in 0..count {
+    keypoints: &mut Keypoints,
+    mut check: impl FnMut(usize, Point3DId) -> Result<(), Why>,
+) -> Result<(), Fault> {
+    keypoints.clear();
+    source.items(&KEYPOINTS, |source, index| {
         let xy = [source.f64("keypoint x")?, source.f64("keypoint y")?];
         let point = source.point("point id")?;
         if let Some(point) = point {
             check(index, point).map_err(|why| source.fault(why))?;
         }
         keypoints.push(Keypoint { xy, point });
+        Ok(())
+    })
+}
+
+/// One image after the other, unchecked against each other.
+impl<Visit: FnMut(ImageId, Image)> TakeImages for Visit {
+    fn take(&mut self, id: ImageId, image: Image) {
+        self(id, image);
     }
-    Ok(keypoints)
+}
+
+/// In the order of the file, no id twice.
+impl TakeImages for BTreeMap<ImageId, Image> {
+    fn is_new(&mut self, id: ImageId) -> bool {
+        !self.contains_key(&id)
+    }
+
+    fn take(&mut self, id: ImageId, image: Image) {
+        self.insert(id, image);
+    }
 }

@@ -1,23 +1,29 @@
 //! COLMAP's models on disk, text and binary, from 3.x to 4.x, as a `Scene`.
 //!
-//! [`find`] locates models, [`ModelFiles::read`] reads one, [`read`] does both. What a record holds is said once, for
-//! both forms, in `cameras`, `images`, `points` and `mounting`; `text` and `binary` know only how a field is written.
-//! What is read is checked to the last number; nothing here knows what the numbers are for.
+//! [`find`] locates models, [`ModelFiles::read`] reads one, [`read`] does both; [`ModelFiles::for_each_image`] and
+//! [`ModelFiles::for_each_point`] read models larger than memory. What a record holds is said once, for both forms, in
+//! `cameras`, `images`, `points` and `mounting`; `text` and `binary` know only how a field is written. Images and points are
+//! read in blocks, by all threads. What is read is checked to the last number; nothing here knows what the numbers are for.
 
 mod binary;
+mod block;
 mod cameras;
+mod digits;
 mod error;
 mod excerpt;
 mod files;
 mod find;
+mod geometry;
 mod images;
 mod model;
 mod mounting;
 mod points;
 mod sightings;
 mod source;
+mod stream;
 mod text;
 mod why;
+mod workers;
 
 use std::path::Path;
 
@@ -25,6 +31,7 @@ pub use error::ReadError;
 pub use excerpt::Excerpt;
 pub use files::{Form, ModelFiles};
 pub use find::find;
+pub use points::ReadPoint;
 pub use why::Why;
 
 use crate::scene::Scene;

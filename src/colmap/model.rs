@@ -1,18 +1,14 @@
 //! One model, from its files to a scene: which file is read when, and the checks that take two of them.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::binary::Binary;
+use super::block::{BLOCK_SIZE, Block};
 use super::cameras::Cameras;
-use super::images::Images;
+use super::geometry::GeometryFiles;
 use super::mounting::{Frames, Rigs};
-use super::points::Points;
-use super::sightings::Sightings;
 use super::source::Records;
-use super::text::Text;
-use super::{Form, ModelFiles, ReadError, Why};
+use super::{ModelFiles, ReadError, Why};
 use crate::scene::{Camera, CameraId, Geometry, Image, ImageId, Mounting, Scene, SensorKind};
 
 /// Two files of which neither goes without the other.
@@ -23,16 +19,21 @@ impl ModelFiles {
     pub fn read(&self) -> Result<Scene, ReadError> {
         let seen = self.pair((&self.images, "images"), (&self.points, "points3D"))?;
         let mounting = self.pair((&self.rigs, "rigs"), (&self.frames, "frames"))?;
-        let cameras = self.open(&self.cameras)?.read(Cameras)?;
-        if cameras.is_empty() {
-            return Err(ReadError::File { file: self.cameras.clone(), why: Why::NoCamera });
-        }
+        let cameras = self.read_cameras()?;
         let geometry = match (seen, mounting) {
             (Some(seen), mounting) => Some(self.read_geometry(&cameras, seen, mounting)?),
             (None, Some((rigs, _))) => return Err(self.lone(rigs, "images")),
             (None, None) => None,
         };
         Ok(Scene { cameras, geometry })
+    }
+
+    pub(super) fn read_cameras(&self) -> Result<BTreeMap<CameraId, Camera>, ReadError> {
+        let cameras = self.read_whole(&self.cameras, Cameras)?;
+        if cameras.is_empty() {
+            return Err(ReadError::File { file: self.cameras.clone(), why: Why::NoCamera });
+        }
+        Ok(cameras)
     }
 
     fn pair<'a>(
@@ -55,18 +56,12 @@ impl ModelFiles {
     fn read_geometry(
         &self,
         cameras: &BTreeMap<CameraId, Camera>,
-        (images_path, points_path): (&Path, &Path),
+        (images, points): (&Path, &Path),
         mounting: Pair,
     ) -> Result<Geometry, ReadError> {
-        let images_file = self.open(images_path)?;
-        let images = images_file.read(Images { cameras, check: |_, _, _| Ok(()) })?;
-        let mut sightings = Sightings::of(&images);
-        let points = self.open(points_path)?.read(Points { sightings: &mut sightings })?;
-        if !sightings.are_all_claimed() {
-            // Reads a second time what is known to be wrong, to find the place.
-            let check = |image, index, point| sightings.check(image, index, point, &points);
-            images_file.read(Images { cameras, check })?;
-        }
+        let files =
+            GeometryFiles { form: self.form, cameras, images, points, block_size: BLOCK_SIZE };
+        let (images, points) = files.read()?;
         let mounting = match mounting {
             Some(files) => Some(self.read_mounting(cameras, &images, files)?),
             None => None,
@@ -80,8 +75,8 @@ impl ModelFiles {
         images: &BTreeMap<ImageId, Image>,
         (rigs_path, frames_path): (&Path, &Path),
     ) -> Result<Mounting, ReadError> {
-        let rigs = self.open(rigs_path)?.read(Rigs { cameras })?;
-        let frames = self.open(frames_path)?.read(Frames { rigs: &rigs, images })?;
+        let rigs = self.read_whole(rigs_path, Rigs { cameras })?;
+        let frames = self.read_whole(frames_path, Frames { rigs: &rigs, images })?;
         let data = frames.values().flat_map(|frame| &frame.data);
         let in_frames: BTreeSet<u64> = data
             .filter(|(sensor, _)| sensor.kind == SensorKind::Camera)
@@ -95,26 +90,9 @@ impl ModelFiles {
         }
     }
 
-    fn open<'a>(&self, path: &'a Path) -> Result<File<'a>, ReadError> {
-        let bytes =
-            fs::read(path).map_err(|source| ReadError::Open { file: path.to_owned(), source })?;
-        Ok(File { path, form: self.form, bytes })
-    }
-}
-
-/// A file of a model, in memory.
-struct File<'a> {
-    path: &'a Path,
-    form: Form,
-    bytes: Vec<u8>,
-}
-
-impl File<'_> {
-    fn read<R: Records>(&self, records: R) -> Result<R::Read, ReadError> {
-        let read = match self.form {
-            Form::Text => Text::new(&self.bytes).and_then(|mut text| records.read(&mut text)),
-            Form::Binary => records.read(&mut Binary::new(&self.bytes)),
-        };
-        read.map_err(|fault| ReadError::at(self.path, self.form, &self.bytes, fault))
+    fn read_whole<R: Records>(&self, path: &Path, records: R) -> Result<R::Read, ReadError> {
+        let block = Block::of_whole_file(path)?;
+        let read = block.read(self.form, records);
+        read.map_err(|fault| ReadError::at(path, self.form, &block, fault))
     }
 }

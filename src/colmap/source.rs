@@ -33,10 +33,30 @@ pub struct Listed {
     pub min_bytes: usize,
 }
 
-/// A file that hands out the fields of its records, one after the other.
+/// What must be known of a file's records to find where one ends.
+pub struct Layout {
+    /// The records.
+    pub records: Listed,
+    /// How many lines a record has in text.
+    pub lines: usize,
+    /// How many bytes a record starts with in binary, before its name or its list.
+    pub bytes_before_name: usize,
+    /// Whether a name comes then.
+    pub has_name: bool,
+    /// What the list at the record's end holds; in binary an item takes its `min_bytes` and no more.
+    pub items: Listed,
+}
+
+/// A part of a file that hands out the fields of its records, one after the other.
 pub trait Source {
-    /// Goes to the next record of the file's one list; false after the last.
+    /// Goes to the next record of the file's one list; false after the last of this part.
     fn next_record(&mut self, listed: &Listed) -> Result<bool, Fault>;
+    /// Goes past the next record without reading it; false when it does not end in this part, or there is none.
+    fn skip_record(&mut self, layout: &Layout) -> bool;
+    /// In binary, how many records are still to come.
+    fn records_left(&self) -> Option<usize>;
+    /// The byte to read next, counted from the start of this part.
+    fn at(&self) -> usize;
     /// Where the field handed out last starts, in bytes from the start of the file.
     fn mark(&self) -> usize;
     /// A number from 0 to 255.
@@ -59,8 +79,12 @@ pub trait Source {
     fn point(&mut self, field: &'static str) -> Result<Option<Point3DId>, Fault>;
     /// Goes to where an image's keypoints are: in text, the next line, even an empty one.
     fn second_line(&mut self, image: ImageId) -> Result<(), Fault>;
-    /// How many items follow: in text, what is left of the line.
-    fn list(&mut self, listed: &Listed) -> Result<usize, Fault>;
+    /// Reads a list, in text what is left of the line, item by item; the reader is told the item's index.
+    fn items(
+        &mut self,
+        listed: &Listed,
+        read: impl FnMut(&mut Self, usize) -> Result<(), Fault>,
+    ) -> Result<(), Fault>;
     /// Ends a record whose last list has its count in front; in text, nothing may be left of the line.
     fn end_record(&mut self) -> Result<(), Fault>;
 

@@ -2,6 +2,7 @@
 //!
 //! Knows nothing of files. What a scene refers to exists in it: whoever builds one checks that once, at the door.
 
+mod compact;
 mod id;
 mod keypoints;
 mod points;
@@ -10,7 +11,7 @@ use std::collections::BTreeMap;
 
 pub use id::{CameraId, FrameId, ImageId, Point3DId, RigId};
 pub use keypoints::{Keypoint, Keypoints};
-pub use points::{Point3D, Points3D, TrackElement};
+pub use points::{Point3D, Points3D, Track, TrackElement};
 
 use crate::camera::Intrinsics;
 

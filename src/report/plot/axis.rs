@@ -125,7 +125,9 @@ impl Axis {
         let offset = self.offset.as_ref().map_or(0.0, |offset| offset.value);
         let value = (value - offset) / power_of_ten(self.exponent);
         let digits = decimal_exponent(value) + 1 + self.decimals;
-        significant(value, usize::try_from(digits.clamp(4, 9)).unwrap_or(4))
+        // More than nine would tell it from an end so far away that four do.
+        let digits = if digits > 9 { 4 } else { digits.max(4) };
+        significant(value, usize::try_from(digits).unwrap_or(4))
     }
 
     fn place_ticks(&mut self, tick_count: usize) {
