@@ -18,6 +18,8 @@ Examples:
       the same, and a report in files
   calibstab analyze 'data/*/*/sparse' --group-by '{session}/{run}/sparse'
       groups named by a part of the path
+  calibstab copy run/sparse/0 run/text --text
+      a binary model as text
 
 Exit codes: 0 fine; 2 bad usage or input. Results go to stdout, all else to stderr.";
 

@@ -1,6 +1,7 @@
 //! The command line: arguments, progress, printing, exit codes; one file a subcommand.
 
 mod analyze;
+mod copy;
 mod failure;
 mod grouping;
 mod help;
@@ -36,6 +37,7 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     Analyze(analyze::Analyze),
+    Copy(copy::Copy),
     Schema(help::Schema),
     Completions(help::Completions),
     Man(help::Man),
@@ -64,6 +66,7 @@ impl Cli {
             .map_err(|error| Failure::Input(error.to_string()))?;
         match self.command {
             Command::Analyze(command) => command.run(out, self.quiet),
+            Command::Copy(command) => command.run(self.quiet),
             Command::Schema(command) => command.run(out),
             Command::Completions(command) => command.run(out),
             Command::Man(command) => command.run(out),

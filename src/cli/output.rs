@@ -1,52 +1,35 @@
 //! Files that appear whole or not at all.
 
-use std::fs;
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use super::failure::Failure;
+use crate::colmap::Staged;
 
 /// A file to be written: its path below the output folder, and its content.
 pub(super) type OutputFile = (PathBuf, Vec<u8>);
 
-/// Writes files below a folder, made if need be: each under another name first, and all renamed when all are written.
+/// Writes files below a folder, made if need be.
 pub(super) fn write_files(folder: &Path, files: &[OutputFile]) -> Result<(), Failure> {
-    let staged: Vec<(PathBuf, PathBuf)> = files
-        .iter()
-        .map(|(path, _)| {
-            let path = folder.join(path);
-            let mut temporary = path.clone().into_os_string();
-            temporary.push(format!(".{}.tmp", std::process::id()));
-            (PathBuf::from(temporary), path)
-        })
-        .collect();
-    let written = write_and_rename(&staged, files);
-    if written.is_err() {
-        for (temporary, _) in &staged {
-            // Most of them were never made.
-            let _ = fs::remove_file(temporary);
-        }
-    }
-    written
-}
-
-fn write_and_rename(staged: &[(PathBuf, PathBuf)], files: &[OutputFile]) -> Result<(), Failure> {
-    let failed = |path: &Path, error| {
+    let failed = |path: &Path, error: io::Error| {
         Failure::Input(format!("{}: could not be written: {error}", path.display()))
     };
-    for ((temporary, path), (_, content)) in staged.iter().zip(files) {
-        if let Some(parent) = path.parent() {
-            fs::create_dir_all(parent).map_err(|error| failed(path, error))?;
-        }
-        fs::write(temporary, content).map_err(|error| failed(path, error))?;
+    let mut staged = Staged::default();
+    for (path, content) in files {
+        let path = folder.join(path);
+        let written = staged
+            .create(&path)
+            .and_then(|mut file| file.write_all(content).and_then(|()| file.flush()));
+        written.map_err(|error| failed(&path, error))?;
     }
-    for (temporary, path) in staged {
-        fs::rename(temporary, path).map_err(|error| failed(path, error))?;
-    }
+    staged.publish().map_err(|(path, error)| failed(&path, error))?;
     Ok(())
 }
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
 
     #[test]

@@ -2,14 +2,38 @@
 //!
 //! Knows nothing of what records hold but where one ends. A file larger than memory is read one block after the other.
 
-use std::fs::{self, File};
-use std::io::{self, Read, Take};
+use std::fs::File;
+use std::io::{self, Cursor, Read, Take};
 use std::path::{Path, PathBuf};
 
 use super::binary::Binary;
 use super::source::{Fault, Layout, Records, Source};
 use super::text::Text;
 use super::{Form, ReadError};
+
+/// A file as it was opened: what it holds and how much.
+pub struct Opened {
+    content: Box<dyn Read + Send>,
+    length: u64,
+}
+
+/// How the files of a model are opened; they need not lie on a disk.
+pub type Open<'a> = &'a (dyn Fn(&Path) -> io::Result<Opened> + Sync);
+
+impl Opened {
+    /// A file on disk.
+    pub fn file(path: &Path) -> io::Result<Self> {
+        let file = File::open(path)?;
+        let length = file.metadata()?.len();
+        Ok(Self { content: Box::new(file), length })
+    }
+}
+
+impl From<Vec<u8>> for Opened {
+    fn from(content: Vec<u8>) -> Self {
+        Self { length: content.len() as u64, content: Box::new(Cursor::new(content)) }
+    }
+}
 
 /// Bytes of a block that holds more than one record. It fits in a processor's cache beside what is made of it, and two
 /// threads with a block each take little beside the smallest model that is worth two threads.
@@ -30,8 +54,12 @@ pub struct Block {
 
 impl Block {
     /// A block that is a whole file.
-    pub fn of_whole_file(path: &Path) -> Result<Self, ReadError> {
-        let bytes = fs::read(path).map_err(|source| ReadError::could_not_open(path, source))?;
+    pub fn of_whole_file(path: &Path, open: Open) -> Result<Self, ReadError> {
+        let could_not_open = |source| ReadError::could_not_open(path, source);
+        let mut bytes = Vec::new();
+        open(path)
+            .and_then(|mut opened| opened.content.read_to_end(&mut bytes))
+            .map_err(could_not_open)?;
         Ok(Self { file_length: bytes.len(), bytes, offset: 0, records_left: None })
     }
 
@@ -55,7 +83,7 @@ pub struct Blocks {
     form: Form,
     layout: &'static Layout,
     size: usize,
-    file: Take<File>,
+    file: Take<Box<dyn Read + Send>>,
     file_length: usize,
     /// The start of the next block, already read.
     carried: Vec<u8>,
@@ -68,19 +96,19 @@ impl Blocks {
     /// The blocks of this file, of about this size; a record is never cut.
     pub fn of(
         path: &Path,
+        open: Open,
         form: Form,
         layout: &'static Layout,
         size: usize,
     ) -> Result<Self, ReadError> {
         let could_not_open = |source| ReadError::could_not_open(path, source);
-        let file = File::open(path).map_err(could_not_open)?;
-        let length = file.metadata().map_err(could_not_open)?.len();
+        let Opened { content, length } = open(path).map_err(could_not_open)?;
         Ok(Self {
             path: path.to_owned(),
             form,
             layout,
             size,
-            file: file.take(length),
+            file: content.take(length),
             file_length: usize::try_from(length).unwrap_or(usize::MAX),
             carried: Vec::new(),
             offset: 0,
@@ -125,7 +153,8 @@ impl Blocks {
 
     fn read_up_to(&mut self, wanted: usize, block: &mut Block) -> io::Result<()> {
         let missing = wanted - block.bytes.len();
-        block.bytes.reserve_exact(missing);
+        let left = usize::try_from(self.file.limit()).unwrap_or(usize::MAX);
+        block.bytes.reserve_exact(missing.min(left));
         let read = self.file.by_ref().take(missing as u64).read_to_end(&mut block.bytes)?;
         self.is_at_end = read < missing;
         Ok(())

@@ -43,7 +43,8 @@ impl Form {
         }
     }
 
-    fn adjective(self) -> &'static str {
+    /// What a user calls it.
+    pub(super) fn adjective(self) -> &'static str {
         match self {
             Self::Text => "text",
             Self::Binary => "binary",
@@ -75,9 +76,15 @@ enum Extent {
 }
 
 /// What COLMAP calls a model's files, less the ending.
-const KINDS: [&str; 5] = ["cameras", "images", "points3D", "rigs", "frames"];
+pub(super) const KINDS: [&str; 5] = ["cameras", "images", "points3D", "rigs", "frames"];
 
 impl ModelFiles {
+    /// A cameras file and nothing else.
+    pub fn lone_cameras(cameras: PathBuf, form: Form) -> Self {
+        let (images, points, rigs, frames) = (None, None, None, None);
+        Self { form, cameras, images, points, rigs, frames, remarks: Vec::new() }
+    }
+
     /// What a user would call the run: the model's folder, or the one above its `sparse` or `sparse/0`. A cameras file of
     /// another name is a run by itself.
     pub fn run(&self) -> &Path {
@@ -121,15 +128,7 @@ impl ModelFiles {
             model.remark_on_other_form();
             return model;
         }
-        Self {
-            form,
-            cameras: cameras.to_owned(),
-            images: None,
-            points: None,
-            rigs: None,
-            frames: None,
-            remarks: Vec::new(),
-        }
+        Self::lone_cameras(cameras.to_owned(), form)
     }
 
     /// The model in this very folder, if there is one.

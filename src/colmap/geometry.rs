@@ -3,11 +3,11 @@
 //! The quick way uses all threads and only says whether the files are sound; the slow way says what is wrong first, and
 //! where. So a message does not depend on the number of threads.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 use std::path::Path;
 
-use super::block::Blocks;
-use super::images::{IMAGES, Images};
+use super::block::{Blocks, Open};
+use super::images::{Distinct, IMAGES, Images};
 use super::points::{POINTS, Points, ReadPoint};
 use super::sightings::{Claims, Seen};
 use super::workers::read_in_order;
@@ -24,6 +24,8 @@ pub struct GeometryFiles<'a> {
     pub images: &'a Path,
     /// The points.
     pub points: &'a Path,
+    /// How they are opened.
+    pub open: Open<'a>,
     /// In how many bytes at a time they are read, about.
     pub block_size: usize,
 }
@@ -40,11 +42,11 @@ impl GeometryFiles<'_> {
     }
 
     fn image_blocks(&self) -> Result<Blocks, ReadError> {
-        Blocks::of(self.images, self.form, &IMAGES, self.block_size)
+        Blocks::of(self.images, self.open, self.form, &IMAGES, self.block_size)
     }
 
     fn point_blocks(&self) -> Result<Blocks, ReadError> {
-        Blocks::of(self.points, self.form, &POINTS, self.block_size)
+        Blocks::of(self.points, self.open, self.form, &POINTS, self.block_size)
     }
 
     /// Reads with all threads; none when anything is wrong.
@@ -79,7 +81,9 @@ impl GeometryFiles<'_> {
             },
             |read| points.append(read),
         )?;
+        let names: HashSet<&str> = images.values().map(|image| image.name.as_str()).collect();
         let is_sound = image_count == images.len()
+            && image_count == names.len()
             && points.observation_count() == seen.observation_count()
             && all_differ(&points);
         is_sound.then_some((images, points))
@@ -87,11 +91,12 @@ impl GeometryFiles<'_> {
 
     /// Reads one record after the other, to the first that is wrong.
     fn read_in_order(&self) -> Result<Read, ReadError> {
-        let mut images = BTreeMap::new();
+        let mut read = Distinct::default();
         self.image_blocks()?.for_each(|block| {
-            let records = Images { cameras: self.cameras, take: &mut images };
+            let records = Images { cameras: self.cameras, take: &mut read };
             block.read(self.form, records)
         })?;
+        let images = read.images;
         let mut claims = Claims::on(Seen::of(&images));
         self.point_blocks()?
             .for_each(|block| block.read(self.form, Points { take: &mut claims }))?;
@@ -125,7 +130,7 @@ mod tests {
 
     use super::*;
     use crate::colmap::ModelFiles;
-    use crate::colmap::block::{BLOCK_SIZE, Block};
+    use crate::colmap::block::{BLOCK_SIZE, Block, Opened};
     use crate::colmap::cameras::Cameras;
     use crate::scene::{Pose, TrackElement};
 
@@ -206,14 +211,17 @@ mod tests {
         threads: usize,
     ) -> (Option<Read>, Result<Read, String>) {
         let model = ModelFiles::in_folder(folder.path()).unwrap();
-        let cameras =
-            Block::of_whole_file(&model.cameras).unwrap().read(model.form, Cameras).unwrap();
+        let cameras = Block::of_whole_file(&model.cameras, &Opened::file)
+            .unwrap()
+            .read(model.form, Cameras)
+            .unwrap();
         let (images, points) = (model.images.unwrap(), model.points.unwrap());
         let files = GeometryFiles {
             form: model.form,
             cameras: &cameras,
             images: &images,
             points: &points,
+            open: &Opened::file,
             block_size,
         };
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();

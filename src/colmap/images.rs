@@ -1,8 +1,9 @@
 //! images.txt and images.bin: id, pose, camera, name; then the keypoints.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 
 use super::Why;
+use super::excerpt::clipped;
 use super::source::{Fault, Layout, Listed, Records, Source};
 use crate::scene::{Camera, CameraId, Image, ImageId, Keypoint, Keypoints, Point3DId};
 
@@ -18,6 +19,11 @@ pub struct Images<'a, Take> {
 pub trait TakeImages {
     /// Whether no image had this id.
     fn is_new(&mut self, _: ImageId) -> bool {
+        true
+    }
+
+    /// Whether no image had this name.
+    fn is_new_name(&mut self, _: &str) -> bool {
         true
     }
 
@@ -58,6 +64,9 @@ impl<Take: TakeImages> Records for Images<'_, Take> {
                 return Err(source.fault(Why::UnknownCamera(camera)));
             }
             let name = source.name("image name")?.to_owned();
+            if !self.take.is_new_name(&name) {
+                return Err(source.fault(Why::DuplicateName(clipped(name.as_bytes()))));
+            }
             source.second_line(id)?;
             let check = |index, point| self.take.check(id, index, point);
             read_keypoints(source, &mut keypoints, check)?;
@@ -93,13 +102,23 @@ impl<Visit: FnMut(ImageId, Image)> TakeImages for Visit {
     }
 }
 
-/// In the order of the file, no id twice.
-impl TakeImages for BTreeMap<ImageId, Image> {
+/// Images in the order of the file, no id and no name twice.
+#[derive(Default)]
+pub struct Distinct {
+    pub images: BTreeMap<ImageId, Image>,
+    names: HashSet<String>,
+}
+
+impl TakeImages for Distinct {
     fn is_new(&mut self, id: ImageId) -> bool {
-        !self.contains_key(&id)
+        !self.images.contains_key(&id)
+    }
+
+    fn is_new_name(&mut self, name: &str) -> bool {
+        self.names.insert(name.to_owned())
     }
 
     fn take(&mut self, id: ImageId, image: Image) {
-        self.insert(id, image);
+        self.images.insert(id, image);
     }
 }

@@ -1,9 +1,10 @@
-//! COLMAP's models on disk, text and binary, from 3.x to 4.x, as a `Scene`.
+//! COLMAP's models on disk, text and binary, from 3.x to 4.x, to and from a `Scene`.
 //!
-//! [`find`] locates models, [`ModelFiles::read`] reads one, [`read`] does both; [`ModelFiles::for_each_image`] and
-//! [`ModelFiles::for_each_point`] read models larger than memory. What a record holds is said once, for both forms, in
-//! `cameras`, `images`, `points` and `mounting`; `text` and `binary` know only how a field is written. Images and points are
-//! read in blocks, by all threads. What is read is checked to the last number; nothing here knows what the numbers are for.
+//! [`find`] locates models, [`ModelFiles::read`] reads one, [`read`] does both; [`write()`] writes one.
+//! [`ModelFiles::for_each_image`] and [`ModelFiles::for_each_point`] read models larger than memory. What a record holds is
+//! said once, for both forms, in `cameras`, `images`, `points` and `mounting`, and in `write/records` for the way back; `text`
+//! and `binary` know only how a field is written. Images and points are read in blocks, by all threads. What is read is
+//! checked to the last number; nothing here knows what the numbers are for.
 
 mod binary;
 mod block;
@@ -24,15 +25,19 @@ mod stream;
 mod text;
 mod why;
 mod workers;
+mod write;
 
 use std::path::Path;
 
+pub use block::{Open, Opened};
 pub use error::ReadError;
 pub use excerpt::Excerpt;
 pub use files::{Form, ModelFiles};
 pub use find::find;
 pub use points::ReadPoint;
 pub use why::Why;
+pub(crate) use write::Staged;
+pub use write::{WriteError, Written, encode, write};
 
 use crate::scene::Scene;
 

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-use super::block::{BLOCK_SIZE, Block};
+use super::block::{BLOCK_SIZE, Block, Open, Opened};
 use super::cameras::Cameras;
 use super::geometry::GeometryFiles;
 use super::mounting::{Frames, Rigs};
@@ -17,19 +17,33 @@ type Pair<'a> = Option<(&'a Path, &'a Path)>;
 impl ModelFiles {
     /// Reads the model, or a lone cameras file, and checks every number and every reference in it.
     pub fn read(&self) -> Result<Scene, ReadError> {
+        self.read_with(&Opened::file)
+    }
+
+    /// The same for files that are elsewhere, in an archive or in memory: `open` gives the content of each.
+    ///
+    /// ```
+    /// use calibstab::colmap::{Form, ModelFiles};
+    ///
+    /// let model = ModelFiles::lone_cameras("cameras.txt".into(), Form::Text);
+    /// let scene = model.read_with(&|_| Ok(b"1 SIMPLE_RADIAL 640 480 500 320 240 -0.1".to_vec().into()))?;
+    /// assert_eq!(scene.cameras.len(), 1);
+    /// # Ok::<(), calibstab::colmap::ReadError>(())
+    /// ```
+    pub fn read_with(&self, open: Open) -> Result<Scene, ReadError> {
         let seen = self.pair((&self.images, "images"), (&self.points, "points3D"))?;
         let mounting = self.pair((&self.rigs, "rigs"), (&self.frames, "frames"))?;
-        let cameras = self.read_cameras()?;
+        let cameras = self.read_cameras(open)?;
         let geometry = match (seen, mounting) {
-            (Some(seen), mounting) => Some(self.read_geometry(&cameras, seen, mounting)?),
+            (Some(seen), mounting) => Some(self.read_geometry(&cameras, seen, mounting, open)?),
             (None, Some((rigs, _))) => return Err(self.lone(rigs, "images")),
             (None, None) => None,
         };
         Ok(Scene { cameras, geometry })
     }
 
-    pub(super) fn read_cameras(&self) -> Result<BTreeMap<CameraId, Camera>, ReadError> {
-        let cameras = self.read_whole(&self.cameras, Cameras)?;
+    pub(super) fn read_cameras(&self, open: Open) -> Result<BTreeMap<CameraId, Camera>, ReadError> {
+        let cameras = self.read_whole(&self.cameras, open, Cameras)?;
         if cameras.is_empty() {
             return Err(ReadError::File { file: self.cameras.clone(), why: Why::NoCamera });
         }
@@ -58,12 +72,19 @@ impl ModelFiles {
         cameras: &BTreeMap<CameraId, Camera>,
         (images, points): (&Path, &Path),
         mounting: Pair,
+        open: Open,
     ) -> Result<Geometry, ReadError> {
-        let files =
-            GeometryFiles { form: self.form, cameras, images, points, block_size: BLOCK_SIZE };
+        let files = GeometryFiles {
+            form: self.form,
+            cameras,
+            images,
+            points,
+            open,
+            block_size: BLOCK_SIZE,
+        };
         let (images, points) = files.read()?;
         let mounting = match mounting {
-            Some(files) => Some(self.read_mounting(cameras, &images, files)?),
+            Some(files) => Some(self.read_mounting(cameras, &images, files, open)?),
             None => None,
         };
         Ok(Geometry { images, points, mounting })
@@ -74,9 +95,10 @@ impl ModelFiles {
         cameras: &BTreeMap<CameraId, Camera>,
         images: &BTreeMap<ImageId, Image>,
         (rigs_path, frames_path): (&Path, &Path),
+        open: Open,
     ) -> Result<Mounting, ReadError> {
-        let rigs = self.read_whole(rigs_path, Rigs { cameras })?;
-        let frames = self.read_whole(frames_path, Frames { rigs: &rigs, images })?;
+        let rigs = self.read_whole(rigs_path, open, Rigs { cameras })?;
+        let frames = self.read_whole(frames_path, open, Frames { rigs: &rigs, images })?;
         let data = frames.values().flat_map(|frame| &frame.data);
         let in_frames: BTreeSet<u64> = data
             .filter(|(sensor, _)| sensor.kind == SensorKind::Camera)
@@ -90,8 +112,13 @@ impl ModelFiles {
         }
     }
 
-    fn read_whole<R: Records>(&self, path: &Path, records: R) -> Result<R::Read, ReadError> {
-        let block = Block::of_whole_file(path)?;
+    fn read_whole<R: Records>(
+        &self,
+        path: &Path,
+        open: Open,
+        records: R,
+    ) -> Result<R::Read, ReadError> {
+        let block = Block::of_whole_file(path, open)?;
         let read = block.read(self.form, records);
         read.map_err(|fault| ReadError::at(path, self.form, &block, fault))
     }

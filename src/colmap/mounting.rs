@@ -33,13 +33,19 @@ impl Records for Rigs<'_> {
 
     fn read(self, source: &mut impl Source) -> Result<Self::Read, Fault> {
         let mut rigs = BTreeMap::new();
+        let mut rig_of = BTreeMap::new();
         while source.next_record(&RIGS)? {
             let field = "rig id";
             let id = RigId(source.id(field)?);
             if rigs.contains_key(&id) {
                 return Err(source.fault(Why::Duplicate { field, id: id.0.into() }));
             }
-            rigs.insert(id, self.rig(source)?);
+            let rig = self.rig(source, |sensor| match rig_of.insert(sensor, id) {
+                Some(first) if first == id => Err(Why::DuplicateSensor(sensor)),
+                Some(first) => Err(Why::OnTwoRigs { sensor, first }),
+                None => Ok(()),
+            })?;
+            rigs.insert(id, rig);
             source.end_record()?;
         }
         Ok(rigs)
@@ -47,14 +53,16 @@ impl Records for Rigs<'_> {
 }
 
 impl Rigs<'_> {
-    /// What follows a rig's id. The first sensor is the one whose coordinates the rig has.
-    fn rig(&self, source: &mut impl Source) -> Result<Rig, Fault> {
+    /// What follows a rig's id; `take` is told of every sensor. The first one is the one whose coordinates the rig has.
+    fn rig(
+        &self,
+        source: &mut impl Source,
+        mut take: impl FnMut(SensorId) -> Result<(), Why>,
+    ) -> Result<Rig, Fault> {
         let mut rig = Rig { reference: None, sensors: BTreeMap::new() };
         for index in 0..source.u32("count of sensors")? {
             let sensor = sensor(source)?;
-            if rig.reference == Some(sensor) || rig.sensors.contains_key(&sensor) {
-                return Err(source.fault(Why::DuplicateSensor(sensor)));
-            }
+            take(sensor).map_err(|why| source.fault(why))?;
             let camera = CameraId(sensor.id);
             if sensor.kind == SensorKind::Camera && !self.cameras.contains_key(&camera) {
                 return Err(source.fault(Why::UnknownCamera(camera)));

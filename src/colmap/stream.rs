@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::block::{BLOCK_SIZE, Blocks};
+use super::block::{BLOCK_SIZE, Blocks, Opened};
 use super::images::{IMAGES, Images};
 use super::points::{POINTS, Points, ReadPoint};
 use super::source::Layout;
@@ -32,7 +32,7 @@ impl ModelFiles {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn for_each_image(&self, mut visit: impl FnMut(ImageId, Image)) -> Result<(), ReadError> {
-        let cameras = self.read_cameras()?;
+        let cameras = self.read_cameras(&Opened::file)?;
         let Some(blocks) = self.blocks(&self.images, &IMAGES)? else { return Ok(()) };
         blocks
             .for_each(|block| block.read(self.form, Images { cameras: &cameras, take: &mut visit }))
@@ -65,7 +65,8 @@ impl ModelFiles {
         file: &Option<PathBuf>,
         layout: &'static Layout,
     ) -> Result<Option<Blocks>, ReadError> {
-        let blocks = |path: &PathBuf| Blocks::of(path, self.form, layout, BLOCK_SIZE);
+        let blocks =
+            |path: &PathBuf| Blocks::of(path, &Opened::file, self.form, layout, BLOCK_SIZE);
         file.as_ref().map(blocks).transpose()
     }
 }

@@ -60,6 +60,8 @@ pub enum Why {
     // Something that exists twice, or not at all.
     #[error("{field} {id} comes twice")]
     Duplicate { field: &'static str, id: u64 },
+    #[error("another image has the name `{0}`")]
+    DuplicateName(String),
     #[error("{} comes twice", Sensor(*.0))]
     DuplicateSensor(SensorId),
     #[error("there is no camera {0}")]
@@ -82,6 +84,8 @@ pub enum Why {
     SeenTwice { image: ImageId, keypoint: u32 },
     #[error("the track of point {0} does not name this keypoint")]
     NotInTrack(Point3DId),
+    #[error("{} is already on rig {first}", Sensor(*.sensor))]
+    OnTwoRigs { sensor: SensorId, first: RigId },
     #[error("image {image} was taken by camera {camera}")]
     OtherCamera { image: ImageId, camera: CameraId },
     #[error("image {image} is already in frame {first}")]

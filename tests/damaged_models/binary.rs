@@ -32,6 +32,7 @@ const DAMAGES: &[(&str, usize, &[u8], usize, &str)] = &[
     ("images.bin", 126, &[6, 0, 0, 0, 0, 0, 0, 0], 126, "there is no point 6"),
     ("images.bin", 126, &[9, 0, 0, 0, 0, 0, 0, 0], 126, "the track of point 9 does not name this keypoint"),
     ("images.bin", 158, &[2], 158, "image id 2 comes twice"),
+    ("images.bin", 222, b"a", 222, "another image has the name `a.jpg`"),
     ("images.bin", 228, &[1], 260, "24 more bytes after the last record"),
     ("points3D.bin", 8, &[255; 8], 8, "point id is 18446744073709551615, by which COLMAP means none"),
     ("points3D.bin", 43, &[0, 0, 0, 0, 0, 0, 0xf0, 0x7f], 43, "error is inf, not a finite number"),
@@ -89,6 +90,30 @@ fn every_damage_is_told_at_its_byte() {
         assert!(shown.ends_with(&format!("{file}: byte {wanted}: {reason}")), "{shown}");
     }
     assert!(DAMAGES.len() >= 40);
+}
+
+#[test]
+fn no_byte_may_follow_the_last_record() {
+    for (index, (file, bytes)) in binary().into_iter().enumerate() {
+        let mut files = binary();
+        files[index].1.extend_from_slice(&[0; 3]);
+        let shown = read(folder(&files).path()).expect_err(file).to_string();
+        let at = bytes.len();
+        let wanted = format!("{file}: byte {at}: 3 more bytes after the last record");
+        assert!(shown.ends_with(&wanted), "{shown}");
+    }
+}
+
+#[test]
+fn a_sensor_is_on_one_rig_only() {
+    let mut files = binary();
+    let rigs = &mut files[3].1;
+    rigs[0] = 2;
+    for number in [2_u32, 1, 0, 7] {
+        rigs.extend(number.to_le_bytes());
+    }
+    let shown = read(folder(&files).path()).expect_err("twice").to_string();
+    assert!(shown.ends_with("rigs.bin: byte 101: camera 7 is already on rig 1"), "{shown}");
 }
 
 #[test]

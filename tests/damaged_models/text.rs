@@ -59,6 +59,8 @@ const DAMAGES: &[(&str, &str, &str, &str)] = &[
     ("rigs.txt", "0.5 0 0\n", "0.5 0 0\n^1 0\n", "rig id 1 comes twice"),
     ("rigs.txt", "CAMERA 7", "CAMERA ^1", "camera 1 comes twice"),
     ("frames.txt", "7 3\n", "7 3\n^4 1 1 0 0 0 0 0 1 0\n", "frame id 4 comes twice"),
+    ("rigs.txt", "0.5 0 0\n", "0.5 0 0\n2 2 IMU 0 CAMERA ^7 0\n", "camera 7 is already on rig 1"),
+    ("images.txt", "7 b.jpg", "7 ^a.jpg", "another image has the name `a.jpg`"),
     ("images.txt", "7 b.jpg", "^8 b.jpg", "there is no camera 8"),
     ("images.txt", "-1 12.5", "^6 12.5", "there is no point 6"),
     ("images.txt", "-1 12.5", "^9 12.5", "the track of point 9 does not name this keypoint"),
@@ -154,6 +156,37 @@ fn every_image_must_be_in_a_frame() {
     let error = read(model_with("frames.txt", frames).path()).expect_err("damaged");
     let shown = error.to_string();
     assert!(shown.ends_with("frames.txt: image 3 is in no frame"), "{shown}");
+}
+
+#[test]
+fn ids_may_be_0_or_one_less_than_none() {
+    let last = u32::MAX - 1;
+    let files = [
+        ("cameras.txt", format!("0 SIMPLE_PINHOLE 1 1 1 0 0\n{last} SIMPLE_PINHOLE 1 1 1 0 0\n")),
+        (
+            "images.txt",
+            format!(
+                "0 1 0 0 0 0 0 0 0 a\n1 1 0\n{last} 1 0 0 0 0 0 0 {last} b\n2 2 18446744073709551614\n"
+            ),
+        ),
+        (
+            "points3D.txt",
+            format!("0 0 0 0 0 0 0 0 0 0\n18446744073709551614 0 0 0 0 0 0 0 {last} 0\n"),
+        ),
+        ("rigs.txt", format!("0 2 CAMERA 0 IMU {last} 0\n{last} 2 CAMERA {last} IMU 0 0\n")),
+        (
+            "frames.txt",
+            format!(
+                "0 0 1 0 0 0 0 0 0 1 CAMERA 0 0\n{last} {last} 1 0 0 0 0 0 0 2 CAMERA {last} {last} IMU 0 18446744073709551615\n"
+            ),
+        ),
+    ];
+    let scene = read(folder(&files).path()).expect("sound");
+    assert_eq!(scene.cameras.keys().map(|id| id.0).collect::<Vec<_>>(), [0, last]);
+    let geometry = scene.geometry.expect("geometry");
+    let points: Vec<u64> = geometry.points.iter().map(|point| point.id.0).collect();
+    assert_eq!(points, [0, u64::MAX - 1]);
+    assert_eq!(geometry.mounting.expect("mounting").frames.len(), 2);
 }
 
 #[test]
