@@ -5,18 +5,23 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use super::param::{focal, principal_point, polynomial};
-use super::{CameraModel, Linearized, Param, BalPinhole};
 use super::lens;
+use super::param::{focal, polynomial, principal_point};
+use super::{BalPinhole, CameraModel, Linearized, Param};
 
 impl CameraModel<6> for BalPinhole {
     const NAME: &str = "BAL_PINHOLE";
     const COLMAP_ID: Option<i32> = None;
-    const PARAMS: [Param; 6] = [focal("fx"), focal("fy"), principal_point("cx"), principal_point("cy"), polynomial("k1"), polynomial("k2")];
-    const EXAMPLES: &[[f64; 6]] = &[
-        [500.0, 490.0, 320.0, 240.0, -0.1, 0.02],
-        [700.0, 690.0, 10.0, -20.0, 0.1, -0.08],
+    const PARAMS: [Param; 6] = [
+        focal("fx"),
+        focal("fy"),
+        principal_point("cx"),
+        principal_point("cy"),
+        polynomial("k1"),
+        polynomial("k2"),
     ];
+    const EXAMPLES: &[[f64; 6]] =
+        &[[500.0, 490.0, 320.0, 240.0, -0.1, 0.02], [700.0, 690.0, 10.0, -20.0, 0.1, -0.08]];
 
     #[inline(always)]
     fn linearize(params: &[f64; 6], point: &Vector3<f64>) -> Option<Linearized<6>> {

@@ -7,18 +7,15 @@
 
 use nalgebra::{SMatrix, Vector2, Vector3};
 
-use super::param::{focal, polynomial};
-use super::{CameraModel, Linearized, Param, BalStrict};
 use super::lens;
+use super::param::{focal, polynomial};
+use super::{BalStrict, CameraModel, Linearized, Param};
 
 impl CameraModel<3> for BalStrict {
     const NAME: &str = "BAL_STRICT";
     const COLMAP_ID: Option<i32> = None;
     const PARAMS: [Param; 3] = [focal("f"), polynomial("k1"), polynomial("k2")];
-    const EXAMPLES: &[[f64; 3]] = &[
-        [500.0, -0.1, 0.02],
-        [700.0, 0.1, -0.08],
-    ];
+    const EXAMPLES: &[[f64; 3]] = &[[500.0, -0.1, 0.02], [700.0, 0.1, -0.08]];
 
     #[inline(always)]
     fn linearize(params: &[f64; 3], point: &Vector3<f64>) -> Option<Linearized<3>> {

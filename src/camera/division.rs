@@ -7,14 +7,15 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use super::param::{focal, principal_point, extra};
-use super::{CameraModel, Linearized, Param, Division};
 use super::lens;
+use super::param::{extra, focal, principal_point};
+use super::{CameraModel, Division, Linearized, Param};
 
 impl CameraModel<5> for Division {
     const NAME: &str = "DIVISION";
     const COLMAP_ID: Option<i32> = Some(13);
-    const PARAMS: [Param; 5] = [focal("fx"), focal("fy"), principal_point("cx"), principal_point("cy"), extra("k")];
+    const PARAMS: [Param; 5] =
+        [focal("fx"), focal("fy"), principal_point("cx"), principal_point("cy"), extra("k")];
     const EXAMPLES: &[[f64; 5]] = &[
         [500.0, 490.0, 320.0, 240.0, -0.2],
         [500.0, 490.0, 320.0, 240.0, 0.1],

@@ -7,14 +7,21 @@
 
 use nalgebra::{Matrix2, Vector2, Vector3};
 
-use super::param::{focal, principal_point, extra};
-use super::{CameraModel, Linearized, Param, DoubleSphere};
 use super::lens::{self, Bent};
+use super::param::{extra, focal, principal_point};
+use super::{CameraModel, DoubleSphere, Linearized, Param};
 
 impl CameraModel<6> for DoubleSphere {
     const NAME: &str = "DOUBLE_SPHERE";
     const COLMAP_ID: Option<i32> = None;
-    const PARAMS: [Param; 6] = [focal("fx"), focal("fy"), principal_point("cx"), principal_point("cy"), extra("xi"), extra("alpha")];
+    const PARAMS: [Param; 6] = [
+        focal("fx"),
+        focal("fy"),
+        principal_point("cx"),
+        principal_point("cy"),
+        extra("xi"),
+        extra("alpha"),
+    ];
     const EXAMPLES: &[[f64; 6]] = &[
         [313.0, 313.0, 638.0, 514.0, -0.18, 0.59],
         [500.0, 490.0, 320.0, 240.0, 0.2, 0.4],

@@ -6,18 +6,14 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use nalgebra::{Matrix2, Matrix2x3, Vector2, Vector3};
 
-use super::param::{metadata};
-use super::{CameraModel, Linearized, Param, Equirectangular};
-
+use super::param::metadata;
+use super::{CameraModel, Equirectangular, Linearized, Param};
 
 impl CameraModel<2> for Equirectangular {
     const NAME: &str = "EQUIRECTANGULAR";
     const COLMAP_ID: Option<i32> = Some(17);
     const PARAMS: [Param; 2] = [metadata("w"), metadata("h")];
-    const EXAMPLES: &[[f64; 2]] = &[
-        [2000.0, 1000.0],
-        [4096.0, 2048.0],
-    ];
+    const EXAMPLES: &[[f64; 2]] = &[[2000.0, 1000.0], [4096.0, 2048.0]];
 
     #[inline(always)]
     fn linearize(params: &[f64; 2], point: &Vector3<f64>) -> Option<Linearized<2>> {

@@ -7,14 +7,21 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use super::param::{focal, principal_point, extra};
-use super::{CameraModel, Linearized, Param, Eucm};
 use super::lens;
+use super::param::{extra, focal, principal_point};
+use super::{CameraModel, Eucm, Linearized, Param};
 
 impl CameraModel<6> for Eucm {
     const NAME: &str = "EUCM";
     const COLMAP_ID: Option<i32> = Some(16);
-    const PARAMS: [Param; 6] = [focal("fx"), focal("fy"), principal_point("cx"), principal_point("cy"), extra("alpha"), extra("beta")];
+    const PARAMS: [Param; 6] = [
+        focal("fx"),
+        focal("fy"),
+        principal_point("cx"),
+        principal_point("cy"),
+        extra("alpha"),
+        extra("beta"),
+    ];
     const EXAMPLES: &[[f64; 6]] = &[
         [500.0, 490.0, 320.0, 240.0, 0.6, 1.1],
         [500.0, 490.0, 320.0, 240.0, 0.45, 0.9],

@@ -8,15 +8,22 @@ use std::f64::consts::PI;
 
 use nalgebra::{Matrix2, Matrix2x4, SMatrix, Vector2, Vector3};
 
-use super::param::{focal, principal_point, extra};
-use super::{CameraModel, Linearized, Param, FTheta};
 use super::lens::{self, Bent};
+use super::param::{extra, focal, principal_point};
 use super::polynomial::is_positive;
+use super::{CameraModel, FTheta, Linearized, Param};
 
 impl CameraModel<6> for FTheta {
     const NAME: &str = "FTHETA";
     const COLMAP_ID: Option<i32> = None;
-    const PARAMS: [Param; 6] = [principal_point("cx"), principal_point("cy"), focal("k1").in_unit("px/rad"), extra("k2").in_unit("px/rad²"), extra("k3").in_unit("px/rad³"), extra("k4").in_unit("px/rad⁴")];
+    const PARAMS: [Param; 6] = [
+        principal_point("cx"),
+        principal_point("cy"),
+        focal("k1").in_unit("px/rad"),
+        extra("k2").in_unit("px/rad²"),
+        extra("k3").in_unit("px/rad³"),
+        extra("k4").in_unit("px/rad⁴"),
+    ];
     const EXAMPLES: &[[f64; 6]] = &[
         [320.0, 240.0, 250.0, 5.0, -3.0, 0.4],
         [512.0, 512.0, 420.0, 0.0, -20.0, 2.0],
@@ -40,7 +47,8 @@ impl CameraModel<6> for FTheta {
         let [cx, cy, k @ ..] = *params;
         // In units of k1, so that the search starts near its end.
         let target = (pixel - Vector2::new(cx, cy)) / k[0];
-        let in_units = |bent: Bent<4>| Bent { at: bent.at / k[0], wrt_at: bent.wrt_at / k[0], ..bent };
+        let in_units =
+            |bent: Bent<4>| Bent { at: bent.at / k[0], wrt_at: bent.wrt_at / k[0], ..bent };
         lens::undo_equidistant(lens::unbend(target, |at| bent(k, at).map(in_units))?)
     }
 

@@ -7,18 +7,16 @@ use std::f64::consts::PI;
 
 use nalgebra::{Vector2, Vector3};
 
-use super::param::{focal, principal_point};
-use super::{CameraModel, Linearized, Param, Fisheye};
 use super::lens;
+use super::param::{focal, principal_point};
+use super::{CameraModel, Fisheye, Linearized, Param};
 
 impl CameraModel<4> for Fisheye {
     const NAME: &str = "FISHEYE";
     const COLMAP_ID: Option<i32> = Some(15);
-    const PARAMS: [Param; 4] = [focal("fx"), focal("fy"), principal_point("cx"), principal_point("cy")];
-    const EXAMPLES: &[[f64; 4]] = &[
-        [427.761, 425.0, 512.0, 512.0],
-        [300.0, 310.0, 320.0, 240.0],
-    ];
+    const PARAMS: [Param; 4] =
+        [focal("fx"), focal("fy"), principal_point("cx"), principal_point("cy")];
+    const EXAMPLES: &[[f64; 4]] = &[[427.761, 425.0, 512.0, 512.0], [300.0, 310.0, 320.0, 240.0]];
 
     #[inline(always)]
     fn linearize(params: &[f64; 4], point: &Vector3<f64>) -> Option<Linearized<4>> {

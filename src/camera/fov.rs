@@ -10,14 +10,20 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
-use super::param::{focal, principal_point, extra};
-use super::{CameraModel, Linearized, Param, Fov};
 use super::lens::{self, Bent, Seen};
+use super::param::{extra, focal, principal_point};
+use super::{CameraModel, Fov, Linearized, Param};
 
 impl CameraModel<5> for Fov {
     const NAME: &str = "FOV";
     const COLMAP_ID: Option<i32> = Some(7);
-    const PARAMS: [Param; 5] = [focal("fx"), focal("fy"), principal_point("cx"), principal_point("cy"), extra("omega").in_unit("rad")];
+    const PARAMS: [Param; 5] = [
+        focal("fx"),
+        focal("fy"),
+        principal_point("cx"),
+        principal_point("cy"),
+        extra("omega").in_unit("rad"),
+    ];
     const EXAMPLES: &[[f64; 5]] = &[
         [500.0, 490.0, 320.0, 240.0, 0.9],
         [500.0, 490.0, 320.0, 240.0, -1.4],

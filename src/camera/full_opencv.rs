@@ -10,15 +10,28 @@
 
 use nalgebra::{Matrix2, SMatrix, Vector2, Vector3};
 
-use super::param::{focal, principal_point, polynomial, extra};
-use super::{CameraModel, Linearized, Param, FullOpenCv};
 use super::lens::{self, Bent, ENDLESS};
+use super::param::{extra, focal, polynomial, principal_point};
 use super::polynomial::is_positive;
+use super::{CameraModel, FullOpenCv, Linearized, Param};
 
 impl CameraModel<12> for FullOpenCv {
     const NAME: &str = "FULL_OPENCV";
     const COLMAP_ID: Option<i32> = Some(6);
-    const PARAMS: [Param; 12] = [focal("fx"), focal("fy"), principal_point("cx"), principal_point("cy"), extra("k1"), extra("k2"), polynomial("p1"), polynomial("p2"), extra("k3"), extra("k4"), extra("k5"), extra("k6")];
+    const PARAMS: [Param; 12] = [
+        focal("fx"),
+        focal("fy"),
+        principal_point("cx"),
+        principal_point("cy"),
+        extra("k1"),
+        extra("k2"),
+        polynomial("p1"),
+        polynomial("p2"),
+        extra("k3"),
+        extra("k4"),
+        extra("k5"),
+        extra("k6"),
+    ];
     const EXAMPLES: &[[f64; 12]] = &[
         [500.0, 490.0, 320.0, 240.0, -0.3, 0.12, 0.001, -0.002, -0.02, 0.01, -0.01, 0.002],
         [500.0, 490.0, 320.0, 240.0, 12.0, 3.0, 0.0005, -0.0002, 0.1, 12.3, 5.5, 0.4],
@@ -34,7 +47,10 @@ impl CameraModel<12> for FullOpenCv {
     #[inline(always)]
     fn unproject(params: &[f64; 12], pixel: &Vector2<f64>) -> Option<Vector3<f64>> {
         let [fx, fy, cx, cy, bend @ ..] = *params;
-        Some(lens::unbend(lens::undo_two_focals([fx, fy, cx, cy], pixel), |at| bent(bend, at))?.push(1.0))
+        Some(
+            lens::unbend(lens::undo_two_focals([fx, fy, cx, cy], pixel), |at| bent(bend, at))?
+                .push(1.0),
+        )
     }
 
     fn largest_angle(params: &[f64; 12]) -> f64 {

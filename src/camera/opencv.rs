@@ -10,14 +10,23 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use super::param::{focal, principal_point, polynomial};
-use super::{CameraModel, Linearized, Param, OpenCv};
 use super::lens::{self, Bent};
+use super::param::{focal, polynomial, principal_point};
+use super::{CameraModel, Linearized, OpenCv, Param};
 
 impl CameraModel<8> for OpenCv {
     const NAME: &str = "OPENCV";
     const COLMAP_ID: Option<i32> = Some(4);
-    const PARAMS: [Param; 8] = [focal("fx"), focal("fy"), principal_point("cx"), principal_point("cy"), polynomial("k1"), polynomial("k2"), polynomial("p1"), polynomial("p2")];
+    const PARAMS: [Param; 8] = [
+        focal("fx"),
+        focal("fy"),
+        principal_point("cx"),
+        principal_point("cy"),
+        polynomial("k1"),
+        polynomial("k2"),
+        polynomial("p1"),
+        polynomial("p2"),
+    ];
     const EXAMPLES: &[[f64; 8]] = &[
         [1061.6, 1035.29, 640.0, 480.0, -0.333951, 0.121122, 0.0025596, 0.00419425],
         [465.7, 465.0, 376.0, 240.0, -0.275, 0.067, 0.0014, -0.00044],
@@ -34,7 +43,10 @@ impl CameraModel<8> for OpenCv {
     #[inline(always)]
     fn unproject(params: &[f64; 8], pixel: &Vector2<f64>) -> Option<Vector3<f64>> {
         let [fx, fy, cx, cy, bend @ ..] = *params;
-        Some(lens::unbend(lens::undo_two_focals([fx, fy, cx, cy], pixel), |at| bent(bend, at))?.push(1.0))
+        Some(
+            lens::unbend(lens::undo_two_focals([fx, fy, cx, cy], pixel), |at| bent(bend, at))?
+                .push(1.0),
+        )
     }
 
     fn largest_angle(params: &[f64; 8]) -> f64 {

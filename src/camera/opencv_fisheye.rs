@@ -7,14 +7,23 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use super::param::{focal, principal_point, polynomial};
-use super::{CameraModel, Linearized, Param, OpenCvFisheye};
 use super::lens::{self, Bent};
+use super::param::{focal, polynomial, principal_point};
+use super::{CameraModel, Linearized, OpenCvFisheye, Param};
 
 impl CameraModel<8> for OpenCvFisheye {
     const NAME: &str = "OPENCV_FISHEYE";
     const COLMAP_ID: Option<i32> = Some(5);
-    const PARAMS: [Param; 8] = [focal("fx"), focal("fy"), principal_point("cx"), principal_point("cy"), polynomial("k1"), polynomial("k2"), polynomial("k3"), polynomial("k4")];
+    const PARAMS: [Param; 8] = [
+        focal("fx"),
+        focal("fy"),
+        principal_point("cx"),
+        principal_point("cy"),
+        polynomial("k1"),
+        polynomial("k2"),
+        polynomial("k3"),
+        polynomial("k4"),
+    ];
     const EXAMPLES: &[[f64; 8]] = &[
         [402.294, 437.448, 512.0, 512.0, -0.0814756, 0.121485, -0.0880346, 0.0181435],
         [428.331, 444.79, 512.0, 512.0, 0.00974985, 0.0337692, -0.0801194, 0.0217839],
@@ -31,7 +40,10 @@ impl CameraModel<8> for OpenCvFisheye {
     #[inline(always)]
     fn unproject(params: &[f64; 8], pixel: &Vector2<f64>) -> Option<Vector3<f64>> {
         let [fx, fy, cx, cy, bend @ ..] = *params;
-        lens::undo_equidistant(lens::unbend(lens::undo_two_focals([fx, fy, cx, cy], pixel), |at| bent(bend, at))?)
+        lens::undo_equidistant(lens::unbend(
+            lens::undo_two_focals([fx, fy, cx, cy], pixel),
+            |at| bent(bend, at),
+        )?)
     }
 
     fn largest_angle(params: &[f64; 8]) -> f64 {

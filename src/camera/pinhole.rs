@@ -7,18 +7,16 @@ use std::f64::consts::FRAC_PI_2;
 
 use nalgebra::{Vector2, Vector3};
 
+use super::lens;
 use super::param::{focal, principal_point};
 use super::{CameraModel, Linearized, Param, Pinhole};
-use super::lens;
 
 impl CameraModel<4> for Pinhole {
     const NAME: &str = "PINHOLE";
     const COLMAP_ID: Option<i32> = Some(1);
-    const PARAMS: [Param; 4] = [focal("fx"), focal("fy"), principal_point("cx"), principal_point("cy")];
-    const EXAMPLES: &[[f64; 4]] = &[
-        [500.0, 490.0, 320.0, 240.0],
-        [1200.5, 800.0, 500.0, 700.0],
-    ];
+    const PARAMS: [Param; 4] =
+        [focal("fx"), focal("fy"), principal_point("cx"), principal_point("cy")];
+    const EXAMPLES: &[[f64; 4]] = &[[500.0, 490.0, 320.0, 240.0], [1200.5, 800.0, 500.0, 700.0]];
 
     #[inline(always)]
     fn linearize(params: &[f64; 4], point: &Vector3<f64>) -> Option<Linearized<4>> {

@@ -7,14 +7,24 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use super::param::{focal, principal_point, polynomial};
-use super::{CameraModel, Linearized, Param, RadTan};
 use super::lens::{self, Bent};
+use super::param::{focal, polynomial, principal_point};
+use super::{CameraModel, Linearized, Param, RadTan};
 
 impl CameraModel<9> for RadTan {
     const NAME: &str = "RADTAN";
     const COLMAP_ID: Option<i32> = None;
-    const PARAMS: [Param; 9] = [focal("fx"), focal("fy"), principal_point("cx"), principal_point("cy"), polynomial("k1"), polynomial("k2"), polynomial("p1"), polynomial("p2"), polynomial("k3")];
+    const PARAMS: [Param; 9] = [
+        focal("fx"),
+        focal("fy"),
+        principal_point("cx"),
+        principal_point("cy"),
+        polynomial("k1"),
+        polynomial("k2"),
+        polynomial("p1"),
+        polynomial("p2"),
+        polynomial("k3"),
+    ];
     const EXAMPLES: &[[f64; 9]] = &[
         [500.0, 490.0, 320.0, 240.0, -0.3, 0.12, 0.001, -0.002, -0.02],
         [500.0, 490.0, 320.0, 240.0, 0.1, -0.02, 0.001, -0.002, 0.01],
@@ -30,7 +40,10 @@ impl CameraModel<9> for RadTan {
     #[inline(always)]
     fn unproject(params: &[f64; 9], pixel: &Vector2<f64>) -> Option<Vector3<f64>> {
         let [fx, fy, cx, cy, bend @ ..] = *params;
-        Some(lens::unbend(lens::undo_two_focals([fx, fy, cx, cy], pixel), |at| bent(bend, at))?.push(1.0))
+        Some(
+            lens::unbend(lens::undo_two_focals([fx, fy, cx, cy], pixel), |at| bent(bend, at))?
+                .push(1.0),
+        )
     }
 
     fn largest_angle(params: &[f64; 9]) -> f64 {

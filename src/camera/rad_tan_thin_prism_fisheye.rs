@@ -8,17 +8,40 @@
 
 use nalgebra::{Matrix2, SMatrix, Vector2, Vector3};
 
-use super::param::{focal, principal_point, polynomial};
-use super::{CameraModel, Linearized, Param, RadTanThinPrismFisheye};
 use super::lens::{self, Bent};
+use super::param::{focal, polynomial, principal_point};
+use super::{CameraModel, Linearized, Param, RadTanThinPrismFisheye};
 
 impl CameraModel<16> for RadTanThinPrismFisheye {
     const NAME: &str = "RAD_TAN_THIN_PRISM_FISHEYE";
     const COLMAP_ID: Option<i32> = Some(11);
-    const PARAMS: [Param; 16] = [focal("fx"), focal("fy"), principal_point("cx"), principal_point("cy"), polynomial("k0"), polynomial("k1"), polynomial("k2"), polynomial("k3"), polynomial("k4"), polynomial("k5"), polynomial("p0"), polynomial("p1"), polynomial("s0"), polynomial("s1"), polynomial("s2"), polynomial("s3")];
+    const PARAMS: [Param; 16] = [
+        focal("fx"),
+        focal("fy"),
+        principal_point("cx"),
+        principal_point("cy"),
+        polynomial("k0"),
+        polynomial("k1"),
+        polynomial("k2"),
+        polynomial("k3"),
+        polynomial("k4"),
+        polynomial("k5"),
+        polynomial("p0"),
+        polynomial("p1"),
+        polynomial("s0"),
+        polynomial("s1"),
+        polynomial("s2"),
+        polynomial("s3"),
+    ];
     const EXAMPLES: &[[f64; 16]] = &[
-        [610.0, 612.0, 704.0, 704.0, 0.03, -0.01, 0.004, -0.002, 0.0005, -4e-05, 0.0005, -0.0003, 0.0008, -0.0001, -0.0004, 5e-05],
-        [402.0, 404.0, 512.0, 512.0, -0.06, 0.01, -0.003, 0.001, -0.0002, 1e-05, 0.0002, 0.0001, -0.0005, 3e-05, 0.0006, -2e-05],
+        [
+            610.0, 612.0, 704.0, 704.0, 0.03, -0.01, 0.004, -0.002, 0.0005, -4e-05, 0.0005,
+            -0.0003, 0.0008, -0.0001, -0.0004, 5e-05,
+        ],
+        [
+            402.0, 404.0, 512.0, 512.0, -0.06, 0.01, -0.003, 0.001, -0.0002, 1e-05, 0.0002, 0.0001,
+            -0.0005, 3e-05, 0.0006, -2e-05,
+        ],
     ];
 
     #[inline(always)]
@@ -31,7 +54,10 @@ impl CameraModel<16> for RadTanThinPrismFisheye {
     #[inline(always)]
     fn unproject(params: &[f64; 16], pixel: &Vector2<f64>) -> Option<Vector3<f64>> {
         let [fx, fy, cx, cy, bend @ ..] = *params;
-        lens::undo_equidistant(lens::unbend(lens::undo_two_focals([fx, fy, cx, cy], pixel), |at| bent(bend, at))?)
+        lens::undo_equidistant(lens::unbend(
+            lens::undo_two_focals([fx, fy, cx, cy], pixel),
+            |at| bent(bend, at),
+        )?)
     }
 
     fn largest_angle(params: &[f64; 16]) -> f64 {
@@ -41,16 +67,18 @@ impl CameraModel<16> for RadTanThinPrismFisheye {
 }
 
 #[inline(always)]
-fn bent([k0, k1, k2, k3, k4, k5, p0, p1, s0, s1, s2, s3]: [f64; 12], at: Vector2<f64>) -> Option<Bent<12>> {
+fn bent(
+    [k0, k1, k2, k3, k4, k5, p0, p1, s0, s1, s2, s3]: [f64; 12],
+    at: Vector2<f64>,
+) -> Option<Bent<12>> {
     let radial = lens::radial(at, &[k0, k1, k2, k3, k4, k5])?;
     let q2 = radial.at.norm_squared();
     // Its p0 is what others call p2.
     let decentring = lens::decentring(radial.at, [p1, p0]);
     let prism = Vector2::new(s0 + s1 * q2, s2 + s3 * q2);
     let prism_slope = Vector2::new(s0 + 2.0 * s1 * q2, s2 + 2.0 * s3 * q2);
-    let wrt_radial = Matrix2::identity()
-        + decentring.wrt_at
-        + 2.0 * prism_slope * radial.at.transpose();
+    let wrt_radial =
+        Matrix2::identity() + decentring.wrt_at + 2.0 * prism_slope * radial.at.transpose();
     let mut wrt_coefficients = SMatrix::<f64, 2, 12>::zeros();
     let wrt_k = wrt_radial * radial.wrt_coefficients;
     wrt_coefficients.fixed_columns_mut::<6>(0).copy_from(&wrt_k);

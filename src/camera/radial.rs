@@ -5,14 +5,20 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use super::param::{focal, principal_point, polynomial};
-use super::{CameraModel, Linearized, Param, Radial};
 use super::lens::{self, Bent};
+use super::param::{focal, polynomial, principal_point};
+use super::{CameraModel, Linearized, Param, Radial};
 
 impl CameraModel<5> for Radial {
     const NAME: &str = "RADIAL";
     const COLMAP_ID: Option<i32> = Some(3);
-    const PARAMS: [Param; 5] = [focal("f"), principal_point("cx"), principal_point("cy"), polynomial("k1"), polynomial("k2")];
+    const PARAMS: [Param; 5] = [
+        focal("f"),
+        principal_point("cx"),
+        principal_point("cy"),
+        polynomial("k1"),
+        polynomial("k2"),
+    ];
     const EXAMPLES: &[[f64; 5]] = &[
         [500.0, 320.0, 240.0, -0.1, 0.02],
         [700.0, 640.0, 480.0, -0.35, 0.15],

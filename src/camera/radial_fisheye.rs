@@ -5,18 +5,22 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use super::param::{focal, principal_point, polynomial};
-use super::{CameraModel, Linearized, Param, RadialFisheye};
 use super::lens::{self, Bent};
+use super::param::{focal, polynomial, principal_point};
+use super::{CameraModel, Linearized, Param, RadialFisheye};
 
 impl CameraModel<5> for RadialFisheye {
     const NAME: &str = "RADIAL_FISHEYE";
     const COLMAP_ID: Option<i32> = Some(9);
-    const PARAMS: [Param; 5] = [focal("f"), principal_point("cx"), principal_point("cy"), polynomial("k1"), polynomial("k2")];
-    const EXAMPLES: &[[f64; 5]] = &[
-        [427.761, 512.0, 512.0, -0.07, 0.01],
-        [419.312, 512.0, 512.0, 0.05, -0.02],
+    const PARAMS: [Param; 5] = [
+        focal("f"),
+        principal_point("cx"),
+        principal_point("cy"),
+        polynomial("k1"),
+        polynomial("k2"),
     ];
+    const EXAMPLES: &[[f64; 5]] =
+        &[[427.761, 512.0, 512.0, -0.07, 0.01], [419.312, 512.0, 512.0, 0.05, -0.02]];
 
     #[inline(always)]
     fn linearize(params: &[f64; 5], point: &Vector3<f64>) -> Option<Linearized<5>> {
@@ -28,7 +32,9 @@ impl CameraModel<5> for RadialFisheye {
     #[inline(always)]
     fn unproject(params: &[f64; 5], pixel: &Vector2<f64>) -> Option<Vector3<f64>> {
         let [f, cx, cy, bend @ ..] = *params;
-        lens::undo_equidistant(lens::unbend(lens::undo_one_focal([f, cx, cy], pixel), |at| bent(bend, at))?)
+        lens::undo_equidistant(lens::unbend(lens::undo_one_focal([f, cx, cy], pixel), |at| {
+            bent(bend, at)
+        })?)
     }
 
     fn largest_angle(params: &[f64; 5]) -> f64 {

@@ -7,19 +7,17 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use super::param::{focal, principal_point, extra};
-use super::{CameraModel, Linearized, Param, SimpleDivision};
 use super::lens;
+use super::param::{extra, focal, principal_point};
+use super::{CameraModel, Linearized, Param, SimpleDivision};
 
 impl CameraModel<4> for SimpleDivision {
     const NAME: &str = "SIMPLE_DIVISION";
     const COLMAP_ID: Option<i32> = Some(12);
-    const PARAMS: [Param; 4] = [focal("f"), principal_point("cx"), principal_point("cy"), extra("k")];
-    const EXAMPLES: &[[f64; 4]] = &[
-        [500.0, 320.0, 240.0, -0.2],
-        [500.0, 320.0, 240.0, 0.1],
-        [427.0, 512.0, 512.0, -0.6],
-    ];
+    const PARAMS: [Param; 4] =
+        [focal("f"), principal_point("cx"), principal_point("cy"), extra("k")];
+    const EXAMPLES: &[[f64; 4]] =
+        &[[500.0, 320.0, 240.0, -0.2], [500.0, 320.0, 240.0, 0.1], [427.0, 512.0, 512.0, -0.6]];
 
     #[inline(always)]
     fn linearize(params: &[f64; 4], point: &Vector3<f64>) -> Option<Linearized<4>> {

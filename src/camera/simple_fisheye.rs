@@ -7,18 +7,15 @@ use std::f64::consts::PI;
 
 use nalgebra::{Vector2, Vector3};
 
+use super::lens;
 use super::param::{focal, principal_point};
 use super::{CameraModel, Linearized, Param, SimpleFisheye};
-use super::lens;
 
 impl CameraModel<3> for SimpleFisheye {
     const NAME: &str = "SIMPLE_FISHEYE";
     const COLMAP_ID: Option<i32> = Some(14);
     const PARAMS: [Param; 3] = [focal("f"), principal_point("cx"), principal_point("cy")];
-    const EXAMPLES: &[[f64; 3]] = &[
-        [427.761, 512.0, 512.0],
-        [300.0, 320.0, 240.0],
-    ];
+    const EXAMPLES: &[[f64; 3]] = &[[427.761, 512.0, 512.0], [300.0, 320.0, 240.0]];
 
     #[inline(always)]
     fn linearize(params: &[f64; 3], point: &Vector3<f64>) -> Option<Linearized<3>> {

@@ -7,18 +7,15 @@ use std::f64::consts::FRAC_PI_2;
 
 use nalgebra::{Vector2, Vector3};
 
+use super::lens;
 use super::param::{focal, principal_point};
 use super::{CameraModel, Linearized, Param, SimplePinhole};
-use super::lens;
 
 impl CameraModel<3> for SimplePinhole {
     const NAME: &str = "SIMPLE_PINHOLE";
     const COLMAP_ID: Option<i32> = Some(0);
     const PARAMS: [Param; 3] = [focal("f"), principal_point("cx"), principal_point("cy")];
-    const EXAMPLES: &[[f64; 3]] = &[
-        [500.0, 320.0, 240.0],
-        [1200.5, 500.0, 700.0],
-    ];
+    const EXAMPLES: &[[f64; 3]] = &[[500.0, 320.0, 240.0], [1200.5, 500.0, 700.0]];
 
     #[inline(always)]
     fn linearize(params: &[f64; 3], point: &Vector3<f64>) -> Option<Linearized<3>> {

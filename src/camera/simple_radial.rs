@@ -5,14 +5,15 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use super::param::{focal, principal_point, polynomial};
-use super::{CameraModel, Linearized, Param, SimpleRadial};
 use super::lens::{self, Bent};
+use super::param::{focal, polynomial, principal_point};
+use super::{CameraModel, Linearized, Param, SimpleRadial};
 
 impl CameraModel<4> for SimpleRadial {
     const NAME: &str = "SIMPLE_RADIAL";
     const COLMAP_ID: Option<i32> = Some(2);
-    const PARAMS: [Param; 4] = [focal("f"), principal_point("cx"), principal_point("cy"), polynomial("k")];
+    const PARAMS: [Param; 4] =
+        [focal("f"), principal_point("cx"), principal_point("cy"), polynomial("k")];
     const EXAMPLES: &[[f64; 4]] = &[
         [500.0, 320.0, 240.0, -0.1],
         [1011.91, 640.0, 480.0, -0.241569],

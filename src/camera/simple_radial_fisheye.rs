@@ -5,14 +5,15 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use super::param::{focal, principal_point, polynomial};
-use super::{CameraModel, Linearized, Param, SimpleRadialFisheye};
 use super::lens::{self, Bent};
+use super::param::{focal, polynomial, principal_point};
+use super::{CameraModel, Linearized, Param, SimpleRadialFisheye};
 
 impl CameraModel<4> for SimpleRadialFisheye {
     const NAME: &str = "SIMPLE_RADIAL_FISHEYE";
     const COLMAP_ID: Option<i32> = Some(8);
-    const PARAMS: [Param; 4] = [focal("f"), principal_point("cx"), principal_point("cy"), polynomial("k")];
+    const PARAMS: [Param; 4] =
+        [focal("f"), principal_point("cx"), principal_point("cy"), polynomial("k")];
     const EXAMPLES: &[[f64; 4]] = &[
         [427.761, 512.0, 512.0, -0.0768701],
         [419.312, 512.0, 512.0, -0.0677735],
@@ -29,7 +30,9 @@ impl CameraModel<4> for SimpleRadialFisheye {
     #[inline(always)]
     fn unproject(params: &[f64; 4], pixel: &Vector2<f64>) -> Option<Vector3<f64>> {
         let [f, cx, cy, bend @ ..] = *params;
-        lens::undo_equidistant(lens::unbend(lens::undo_one_focal([f, cx, cy], pixel), |at| bent(bend, at))?)
+        lens::undo_equidistant(lens::unbend(lens::undo_one_focal([f, cx, cy], pixel), |at| {
+            bent(bend, at)
+        })?)
     }
 
     fn largest_angle(params: &[f64; 4]) -> f64 {

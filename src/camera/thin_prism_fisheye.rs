@@ -9,16 +9,32 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use super::param::{focal, principal_point, polynomial};
-use super::{CameraModel, Linearized, Param, ThinPrismFisheye};
 use super::lens::{self, Bent};
+use super::param::{focal, polynomial, principal_point};
+use super::{CameraModel, Linearized, Param, ThinPrismFisheye};
 
 impl CameraModel<12> for ThinPrismFisheye {
     const NAME: &str = "THIN_PRISM_FISHEYE";
     const COLMAP_ID: Option<i32> = Some(10);
-    const PARAMS: [Param; 12] = [focal("fx"), focal("fy"), principal_point("cx"), principal_point("cy"), polynomial("k1"), polynomial("k2"), polynomial("p1"), polynomial("p2"), polynomial("k3"), polynomial("k4"), polynomial("sx1"), polynomial("sy1")];
+    const PARAMS: [Param; 12] = [
+        focal("fx"),
+        focal("fy"),
+        principal_point("cx"),
+        principal_point("cy"),
+        polynomial("k1"),
+        polynomial("k2"),
+        polynomial("p1"),
+        polynomial("p2"),
+        polynomial("k3"),
+        polynomial("k4"),
+        polynomial("sx1"),
+        polynomial("sy1"),
+    ];
     const EXAMPLES: &[[f64; 12]] = &[
-        [402.294, 437.448, 512.0, 512.0, -0.08, 0.02, 0.001, -0.0005, -0.004, 0.0005, 0.002, -0.001],
+        [
+            402.294, 437.448, 512.0, 512.0, -0.08, 0.02, 0.001, -0.0005, -0.004, 0.0005, 0.002,
+            -0.001,
+        ],
         [500.0, 490.0, 320.0, 240.0, 0.01, -0.02, 0.0004, 0.0003, 0.006, -0.001, -0.0002, 0.0006],
     ];
 
@@ -32,7 +48,10 @@ impl CameraModel<12> for ThinPrismFisheye {
     #[inline(always)]
     fn unproject(params: &[f64; 12], pixel: &Vector2<f64>) -> Option<Vector3<f64>> {
         let [fx, fy, cx, cy, bend @ ..] = *params;
-        lens::undo_equidistant(lens::unbend(lens::undo_two_focals([fx, fy, cx, cy], pixel), |at| bent(bend, at))?)
+        lens::undo_equidistant(lens::unbend(
+            lens::undo_two_focals([fx, fy, cx, cy], pixel),
+            |at| bent(bend, at),
+        )?)
     }
 
     fn largest_angle(params: &[f64; 12]) -> f64 {

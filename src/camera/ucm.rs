@@ -8,14 +8,15 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use super::param::{focal, principal_point, extra};
-use super::{CameraModel, Linearized, Param, Ucm};
 use super::lens::{self, Bent};
+use super::param::{extra, focal, principal_point};
+use super::{CameraModel, Linearized, Param, Ucm};
 
 impl CameraModel<5> for Ucm {
     const NAME: &str = "UCM";
     const COLMAP_ID: Option<i32> = None;
-    const PARAMS: [Param; 5] = [focal("fx"), focal("fy"), principal_point("cx"), principal_point("cy"), extra("alpha")];
+    const PARAMS: [Param; 5] =
+        [focal("fx"), focal("fy"), principal_point("cx"), principal_point("cy"), extra("alpha")];
     const EXAMPLES: &[[f64; 5]] = &[
         [500.0, 490.0, 320.0, 240.0, 0.6],
         [500.0, 490.0, 320.0, 240.0, 0.3],

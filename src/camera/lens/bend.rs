@@ -1,0 +1,106 @@
+//! Bending the plane: Brown's distortion, radial and decentring.
+
+use nalgebra::{Matrix2, SMatrix, Vector2};
+
+use super::super::polynomial::is_positive;
+
+/// A place on the plane after distortion by K coefficients.
+#[derive(Clone, Copy)]
+pub struct Bent<const K: usize> {
+    pub at: Vector2<f64>,
+    pub wrt_at: Matrix2<f64>,
+    pub wrt_coefficients: SMatrix<f64, 2, K>,
+}
+
+/// No distortion.
+#[inline(always)]
+pub fn straight(at: Vector2<f64>) -> Bent<0> {
+    Bent { at, wrt_at: Matrix2::identity(), wrt_coefficients: SMatrix::zeros() }
+}
+
+/// at (1 + k1 r^2 + k2 r^4 + ...), as far as that grows with r.
+#[inline(always)]
+pub fn radial<const K: usize>(at: Vector2<f64>, k: &[f64; K]) -> Option<Bent<K>> {
+    let r2 = at.norm_squared();
+    grows(k, r2)?;
+    let mut power = 1.0;
+    let (mut factor, mut slope) = (1.0, 0.0);
+    let mut wrt_coefficients = SMatrix::<f64, 2, K>::zeros();
+    for (index, k) in k.iter().enumerate() {
+        slope += (index + 1) as f64 * k * power;
+        power *= r2;
+        factor += k * power;
+        wrt_coefficients.set_column(index, &(at * power));
+    }
+    let outer = 2.0 * slope * at * at.transpose();
+    Some(Bent {
+        at: at * factor,
+        wrt_at: Matrix2::from_diagonal_element(factor) + outer,
+        wrt_coefficients,
+    })
+}
+
+/// Whether d/dr r (1 + k1 r^2 + k2 r^4 + ...) is positive all the way to r.
+#[inline(always)]
+pub fn grows<const K: usize>(k: &[f64; K], r2: f64) -> Option<()> {
+    // The constant term 1 apart, as K + 1 cannot be written: 1 + s q(s) > 0.
+    let positive = match *k.as_slice() {
+        [] => true,
+        [k1] => is_positive(&[1.0, 3.0 * k1], r2),
+        [k1, k2] => is_positive(&[1.0, 3.0 * k1, 5.0 * k2], r2),
+        [k1, k2, k3] => is_positive(&[1.0, 3.0 * k1, 5.0 * k2, 7.0 * k3], r2),
+        [k1, k2, k3, k4] => is_positive(&[1.0, 3.0 * k1, 5.0 * k2, 7.0 * k3, 9.0 * k4], r2),
+        [k1, k2, k3, k4, k5, k6] => {
+            is_positive(&[1.0, 3.0 * k1, 5.0 * k2, 7.0 * k3, 9.0 * k4, 11.0 * k5, 13.0 * k6], r2)
+        }
+        _ => false,
+    };
+    positive.then_some(())
+}
+
+/// Adds Brown's decentring to what is bent already: by p1, p2, with 2 p1 u v + p2 (r^2 + 2 u^2) in u.
+/// Gives d/d(p1, p2) too.
+#[inline(always)]
+pub fn decentring(at: Vector2<f64>, [p1, p2]: [f64; 2]) -> Bent<2> {
+    let [u, v]: [f64; 2] = at.into();
+    let (uu, uv, vv) = (u * u, u * v, v * v);
+    let wrt_coefficients =
+        SMatrix::<f64, 2, 2>::new(2.0 * uv, 3.0 * uu + vv, uu + 3.0 * vv, 2.0 * uv);
+    let cross = 2.0 * (p1 * u + p2 * v);
+    Bent {
+        at: wrt_coefficients * Vector2::new(p1, p2),
+        wrt_at: Matrix2::new(
+            2.0 * p1 * v + 6.0 * p2 * u,
+            cross,
+            cross,
+            6.0 * p1 * v + 2.0 * p2 * u,
+        ),
+        wrt_coefficients,
+    }
+}
+
+/// Radial distortion and decentring; the columns say which of the K coefficients each of k and p is. None where the map folds.
+#[inline(always)]
+pub fn brown<const R: usize, const K: usize>(
+    at: Vector2<f64>,
+    (k, k_columns): (&[f64; R], [usize; R]),
+    (p, p_columns): ([f64; 2], [usize; 2]),
+) -> Option<Bent<K>> {
+    let radial = radial(at, k)?;
+    let decentring = decentring(at, p);
+    let mut wrt_coefficients = SMatrix::<f64, 2, K>::zeros();
+    for (from, to) in k_columns.into_iter().enumerate() {
+        wrt_coefficients.set_column(to, &radial.wrt_coefficients.column(from));
+    }
+    for (from, to) in p_columns.into_iter().enumerate() {
+        wrt_coefficients.set_column(to, &decentring.wrt_coefficients.column(from));
+    }
+    let wrt_at = radial.wrt_at + decentring.wrt_at;
+    unfolded(Bent { at: radial.at + decentring.at, wrt_at, wrt_coefficients })
+}
+
+/// None where the map turns the plane over.
+#[inline(always)]
+pub fn unfolded<const K: usize>(bent: Bent<K>) -> Option<Bent<K>> {
+    (bent.wrt_at.determinant() > 0.0).then_some(bent)
+}

@@ -1,0 +1,19 @@
+//! The mathematics that lenses share: rays onto a plane, bending the plane, unbending it, plane to pixels.
+//!
+//! Everything comes with its derivatives, so that a model states its formula once.
+
+mod bend;
+mod division;
+mod fold;
+mod pixels;
+mod plane;
+mod unbend;
+mod unified;
+
+pub use bend::{Bent, brown, decentring, grows, radial, straight, unfolded};
+pub use division::{division, division_angle, undo_division};
+pub use fold::{ENDLESS, fisheye_fold, largest, pinhole_fold};
+pub use pixels::{Linearized, one_focal, two_focals, undo_one_focal, undo_two_focals};
+pub use plane::{Seen, equidistant, over, pinhole, pinhole_behind, undo_equidistant};
+pub use unbend::unbend;
+pub use unified::{undo_unified, unified, unified_angle};
