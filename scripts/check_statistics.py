@@ -201,7 +201,7 @@ def check_states(checks, name, population, index):
     values = {key: vector[index] for key, vector in vectors(population).items()}
     count = Counter(values.values())
     class_of = [p["class"] for p in population["parameters"]]
-    side = "width" if class_of.index("principal-point") == index else "height"
+    side = "height" if "principal-point" in class_of[:index] else "width"
     is_centred = parameter["class"] == "principal-point" and set(count) == {bits(population[side] / 2)}
     for s in parameter["samples"]:
         value = values.get((s["run"], s["camera_id"]))
@@ -576,7 +576,7 @@ def main():
         check_path(checks, binary, path, validator_class(schema))
         if checks.count < arguments.at_least:
             checks.differences.append(f"{path}: only {checks.count} values compared, at least {arguments.at_least} expected")
-        skipped = "".join(f", {count} of {model} skipped" for model, count in sorted(checks.skipped.items()))
+        skipped = "".join(f", {count} of {model} skipped" for model, count in sorted(checks.skipped.items()) if count)
         print(
             f"{path}: {checks.count} values compared, {len(checks.differences)} differ"
             f" ({checks.std_px_count} std in px{skipped})",
