@@ -324,6 +324,7 @@ def check_correlation(checks, name, got, x, y):
 
 COLUMNS = 60  # of cells over the image
 STD_PX_TOLERANCE = 1e-8
+LEADS_BACK_PX = 1e-5  # cam_from_img stops 1e-10 off on the plane, and real focal lengths go up to 1e4 px
 # Radial polynomials in the angle from the axis, by how many focal lengths they have.
 POLYNOMIAL_FISHEYES = {
     "SIMPLE_FISHEYE": 1, "SIMPLE_RADIAL_FISHEYE": 1, "RADIAL_FISHEYE": 1, "FISHEYE": 2, "OPENCV_FISHEYE": 2,
@@ -393,10 +394,10 @@ class Lens:
         at = self.camera(params).cam_from_img(pixels)
         rays = np.c_[at, np.ones(len(at))]
         if self.focal_count is not None:
-            beyond = ~(np.linalg.norm(self.project(params, rays) - pixels, axis=1) < 1e-6)
+            beyond = ~(np.linalg.norm(self.project(params, rays) - pixels, axis=1) < LEADS_BACK_PX)
             rays[beyond] = unproject_polynomial_fisheye(self.focal_count, params, pixels[beyond])
         rays /= np.linalg.norm(rays, axis=1)[:, None]
-        rays = rays[np.linalg.norm(self.project(params, rays) - pixels, axis=1) < 1e-6]
+        rays = rays[np.linalg.norm(self.project(params, rays) - pixels, axis=1) < LEADS_BACK_PX]
         across = np.linalg.norm(rays[:, :2], axis=1)
         angle, axis = np.arctan2(across, rays[:, 2]), rays[:, :2] / across[:, None]
         steps = [self.project(params, along(angle * share, axis)) for share in np.linspace(1e-3, 1, 200)]
