@@ -29,7 +29,10 @@ trait Contestant {
 
 fn main() {
     let rounds = std::env::args().nth(1).map_or(101, |rounds| rounds.parse().unwrap());
-    println!("{:<16}{:<10}{:>6} {:>24} {:>24}   error of rays, px", "model", "work", "ours", "apex 0.2.0", "apex 0.4.0");
+    println!(
+        "{:<16}{:<10}{:>6} {:>24} {:>24}   error of rays, px",
+        "model", "work", "ours", "apex 0.2.0", "apex 0.4.0"
+    );
     macro_rules! race {
         ($($Model:ident, $Peer:ident, $params:expr;)+) => {
             $({
@@ -62,7 +65,8 @@ fn race(model: &str, scene: &Scene, contestants: [&dyn Contestant; 3], rounds: u
         ("unproject", |contestant| drop(std::hint::black_box(contestant.unproject()))),
     ];
     for (name, work) in works {
-        let times: Vec<[f64; 3]> = (0..rounds).map(|_| contestants.map(|who| ns_a_point(|| work(who)))).collect();
+        let times: Vec<[f64; 3]> =
+            (0..rounds).map(|_| contestants.map(|who| ns_a_point(|| work(who)))).collect();
         let ratio = |peer: usize| {
             let [low, middle, high] = spread(times.iter().map(|round| round[peer] / round[0]));
             let [_, ns, _] = spread(times.iter().map(|round| round[peer]));
@@ -71,7 +75,8 @@ fn race(model: &str, scene: &Scene, contestants: [&dyn Contestant; 3], rounds: u
         let [_, ours, _] = spread(times.iter().map(|round| round[0]));
         print!("{model:<16}{name:<10}{ours:>6.1} {:>24} {:>24}", ratio(1), ratio(2));
         if name == "unproject" {
-            let errors = contestants.map(|who| format!("{:8.1e}", largest_error(scene, &who.unproject())));
+            let errors =
+                contestants.map(|who| format!("{:8.1e}", largest_error(scene, &who.unproject())));
             print!("  {}", errors.join(" "));
         }
         println!();
@@ -84,7 +89,10 @@ fn agree(model: &str, factors: [Vec<f64>; 3]) {
     for theirs in peers {
         assert_eq!(ours.len(), theirs.len());
         for (index, (a, b)) in ours.iter().zip(&theirs).enumerate() {
-            assert!((a - b).abs() <= 1e-6 * (1.0 + a.abs()), "{model}: number {index} is {a} and {b}");
+            assert!(
+                (a - b).abs() <= 1e-6 * (1.0 + a.abs()),
+                "{model}: number {index} is {a} and {b}"
+            );
         }
     }
 }
@@ -109,7 +117,10 @@ fn spread(values: impl Iterator<Item = f64>) -> [f64; 3] {
 /// How far from its pixel the worst of the rays projects, by our model; infinity for a ray that is not there.
 fn largest_error(scene: &Scene, rays: &[[f64; 3]]) -> f64 {
     let error = |(ray, pixel): (&[f64; 3], &Vector2<f64>)| {
-        scene.camera.project(&Vector3::from(*ray)).map_or(f64::INFINITY, |seen| (seen - pixel).norm())
+        scene
+            .camera
+            .project(&Vector3::from(*ray))
+            .map_or(f64::INFINITY, |seen| (seen - pixel).norm())
     };
     rays.iter().zip(&scene.observed).map(error).fold(0.0, f64::max)
 }

@@ -16,7 +16,8 @@ pub struct Ours<'a, M, const N: usize> {
 }
 
 /// Residual, d/d world point, d/d pose, d/d parameters.
-type Factor<const N: usize> = (Vector2<f64>, SMatrix<f64, 2, 3>, SMatrix<f64, 2, 6>, SMatrix<f64, 2, N>);
+type Factor<const N: usize> =
+    (Vector2<f64>, SMatrix<f64, 2, 3>, SMatrix<f64, 2, 6>, SMatrix<f64, 2, N>);
 
 impl<'a, M: CameraModel<N>, const N: usize> Ours<'a, M, N> {
     pub fn new(params: [f64; N], scene: &'a Scene) -> Self {
@@ -52,12 +53,17 @@ impl<M: CameraModel<N>, const N: usize> Contestant for Ours<'_, M, N> {
 
     fn unproject(&self) -> Vec<[f64; 3]> {
         let unproject = |pixel| Some(M::unproject(&self.params, pixel)?.normalize());
-        self.scene.observed.iter().map(|pixel| unproject(pixel).map_or([f64::NAN; 3], Into::into)).collect()
+        self.scene
+            .observed
+            .iter()
+            .map(|pixel| unproject(pixel).map_or([f64::NAN; 3], Into::into))
+            .collect()
     }
 
     fn one_factor(&self, index: usize) -> Vec<f64> {
         let (residual, wrt_world, wrt_pose, wrt_params) =
             self.factor_at(&self.scene.in_world[index], &self.scene.observed[index]).unwrap();
-        [residual.as_slice(), wrt_world.as_slice(), wrt_pose.as_slice(), wrt_params.as_slice()].concat()
+        [residual.as_slice(), wrt_world.as_slice(), wrt_pose.as_slice(), wrt_params.as_slice()]
+            .concat()
     }
 }

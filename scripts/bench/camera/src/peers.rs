@@ -6,9 +6,9 @@ macro_rules! peer {
         pub mod $name {
             use std::hint::black_box;
 
+            use nalgebra_0_33::{Matrix3xX, Quaternion, SMatrix, UnitQuaternion, Vector2, Vector3};
             use $manifolds::{LieGroup, se3::SE3};
             use $models::CameraModel;
-            use nalgebra_0_33::{Matrix3xX, Quaternion, SMatrix, UnitQuaternion, Vector2, Vector3};
 
             use crate::Contestant;
             use crate::scene::Scene;
@@ -28,22 +28,32 @@ macro_rules! peer {
                     let [x, y, z, w] = scene.quaternion;
                     let rotation = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z));
                     let translation: [f64; 3] = scene.translation.into();
-                    let copy = |point: &nalgebra::Vector3<f64>| Vector3::new(point.x, point.y, point.z);
+                    let copy =
+                        |point: &nalgebra::Vector3<f64>| Vector3::new(point.x, point.y, point.z);
                     let in_camera: Vec<_> = scene.in_camera.iter().map(copy).collect();
                     Self {
                         camera,
                         pose: SE3::new(translation.into(), rotation),
                         in_world: scene.in_world.iter().map(copy).collect(),
                         in_camera: Matrix3xX::from_columns(&in_camera),
-                        observed: scene.observed.iter().map(|pixel| Vector2::new(pixel.x, pixel.y)).collect(),
+                        observed: scene
+                            .observed
+                            .iter()
+                            .map(|pixel| Vector2::new(pixel.x, pixel.y))
+                            .collect(),
                     }
                 }
 
                 #[inline(always)]
-                fn factor_at(&self, world: &Vector3<f64>, observed: &Vector2<f64>) -> Option<Factor<C::IntrinsicJacobian>> {
+                fn factor_at(
+                    &self,
+                    world: &Vector3<f64>,
+                    observed: &Vector2<f64>,
+                ) -> Option<Factor<C::IntrinsicJacobian>> {
                     let in_camera = self.pose.act(world, None, None);
                     let pixel = self.camera.project(&in_camera).ok()?;
-                    let (wrt_camera, camera_wrt_pose) = self.camera.jacobian_pose(world, &self.pose);
+                    let (wrt_camera, camera_wrt_pose) =
+                        self.camera.jacobian_pose(world, &self.pose);
                     let wrt_pose = wrt_camera * camera_wrt_pose;
                     let rotation = self.pose.rotation_so3().rotation_matrix();
                     let wrt_world = self.camera.jacobian_point(&in_camera) * rotation;
@@ -64,15 +74,18 @@ macro_rules! peer {
                 }
 
                 fn unproject(&self) -> Vec<[f64; 3]> {
-                    let unproject = |pixel| self.camera.unproject(pixel).map_or([f64::NAN; 3], Into::into);
+                    let unproject =
+                        |pixel| self.camera.unproject(pixel).map_or([f64::NAN; 3], Into::into);
                     self.observed.iter().map(unproject).collect()
                 }
 
                 fn one_factor(&self, index: usize) -> Vec<f64> {
                     let (residual, wrt_world, wrt_pose, wrt_params) =
                         self.factor_at(&self.in_world[index], &self.observed[index]).unwrap();
-                    let wrt_params = (0..C::INTRINSIC_DIM).flat_map(|c| [wrt_params[(0, c)], wrt_params[(1, c)]]);
-                    let blocks = [residual.as_slice(), wrt_world.as_slice(), wrt_pose.as_slice()].concat();
+                    let wrt_params = (0..C::INTRINSIC_DIM)
+                        .flat_map(|c| [wrt_params[(0, c)], wrt_params[(1, c)]]);
+                    let blocks =
+                        [residual.as_slice(), wrt_world.as_slice(), wrt_pose.as_slice()].concat();
                     blocks.into_iter().chain(wrt_params).collect()
                 }
             }

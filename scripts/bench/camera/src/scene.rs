@@ -32,8 +32,9 @@ impl Scene {
         let (mut in_world, mut in_camera, mut observed) = (vec![], vec![], vec![]);
         // Multiples of the plastic numbers' inverses fill a cube evenly.
         for index in 1.. {
-            let [a, b, c] = [0.819_172_513_396_164_5, 0.671_043_606_703_789_2, 0.549_700_477_901_970_3]
-                .map(|step: f64| (f64::from(index) * step).fract());
+            let [a, b, c] =
+                [0.819_172_513_396_164_5, 0.671_043_606_703_789_2, 0.549_700_477_901_970_3]
+                    .map(|step: f64| (f64::from(index) * step).fract());
             let pixel = Vector2::new(a * size[0], b * size[1]);
             let Ok(ray) = camera.unproject(&pixel) else { continue };
             if ray.z < 75_f64.to_radians().cos() {
