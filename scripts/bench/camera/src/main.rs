@@ -4,6 +4,7 @@
 //!
 //! Prints ns of CPU time a point, on one core. In every round each contestant goes over the same 4096 points once; a time is
 //! the median of the rounds, a ratio (theirs to ours in one round) its median with the lowest and the highest.
+//! For beside_pycolmap.py: `points` prints what COLMAP's models are given, `ours` what they cost us.
 
 mod ours;
 mod peers;
@@ -28,7 +29,48 @@ trait Contestant {
 }
 
 fn main() {
-    let rounds = std::env::args().nth(1).map_or(101, |rounds| rounds.parse().unwrap());
+    match std::env::args().nth(1).as_deref() {
+        Some("points") => with_colmaps_models(print_points),
+        Some("ours") => with_colmaps_models(print_costs),
+        rounds => race_all(rounds.map_or(101, |rounds| rounds.parse().unwrap())),
+    }
+}
+
+fn with_colmaps_models(work: impl Fn(&Scene, &dyn Contestant)) {
+    macro_rules! each {
+        ($($Model:ident, $params:expr;)+) => {
+            $({
+                let scene = Scene::of::<camera::$Model, _>(&$params);
+                work(&scene, &Ours::<camera::$Model, _>::new($params, &scene));
+            })+
+        };
+    }
+    each! {
+        OpenCv, [465.7, 465.0, 376.0, 240.0, -0.275, 0.067, 0.0014, -0.00044];
+        OpenCvFisheye, [419.591, 418.346, 512.0, 512.0, -0.0748247, 0.00877295, -0.00344216, 0.000329053];
+        Eucm, [460.0, 458.0, 376.0, 240.0, 0.6, 1.1];
+        Fov, [460.0, 458.0, 376.0, 240.0, 0.9];
+    }
+}
+
+/// The model and its parameters, then x, y, z and the pixel's x, y of every point, all on one line.
+fn print_points(scene: &Scene, _: &dyn Contestant) {
+    print!("{}", scene.camera.model().name);
+    scene.camera.params().iter().for_each(|value| print!(" {value}"));
+    for (point, pixel) in scene.in_camera.iter().zip(&scene.observed) {
+        print!(" {} {} {} {} {}", point.x, point.y, point.z, pixel.x, pixel.y);
+    }
+    println!();
+}
+
+fn print_costs(scene: &Scene, ours: &dyn Contestant) {
+    let cost = |work: &dyn Fn()| spread((0..61).map(|_| ns_a_point(work)))[1];
+    let unproject = || drop(std::hint::black_box(ours.unproject()));
+    let error = largest_error(scene, &ours.unproject());
+    println!("{} {} {error}", cost(&|| ours.project()), cost(&unproject));
+}
+
+fn race_all(rounds: usize) {
     println!(
         "{:<16}{:<10}{:>6} {:>24} {:>24}   error of rays, px",
         "model", "work", "ours", "apex 0.2.0", "apex 0.4.0"
