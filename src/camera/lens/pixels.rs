@@ -24,6 +24,7 @@ pub fn two_focals<const K: usize, const N: usize>(
 ) -> Linearized<N> {
     let [x, y]: [f64; 2] = bent.at.into();
     let scale = |column: Vector2<f64>| Vector2::new(fx * column.x, fy * column.y);
+    let [first, second]: [Vector2<f64>; 2] = bent.wrt_at.data.0.map(Into::into);
     let mut wrt_params = SMatrix::<f64, 2, N>::zeros();
     wrt_params.set_column(0, &Vector2::new(x, 0.0));
     wrt_params.set_column(1, &Vector2::new(0.0, y));
@@ -34,7 +35,7 @@ pub fn two_focals<const K: usize, const N: usize>(
     }
     Linearized {
         pixel: Vector2::new(fx * x + cx, fy * y + cy),
-        wrt_point: Matrix2::new(fx, 0.0, 0.0, fy) * bent.wrt_at * seen.wrt_point,
+        wrt_point: Matrix2::from_columns(&[scale(first), scale(second)]) * seen.wrt_point,
         wrt_params,
     }
 }
