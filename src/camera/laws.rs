@@ -85,7 +85,7 @@ fn ray_per_pixel(wrt_point: &SMatrix<f64, 2, 3>, point: &Vector3<f64>) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::super::Job;
-    use super::super::testing::{Random, hold, points};
+    use super::super::testing::{Random, WILD, hold, points};
     use super::*;
 
     struct Derivatives;
@@ -149,6 +149,38 @@ mod tests {
     #[test]
     fn distance_does_not_move_the_pixel() {
         hold(|example| example.visit(Euler), 300);
+    }
+
+    struct Wild;
+    impl Job for Wild {
+        type Output = usize;
+        fn run<M: CameraModel<N>, const N: usize>(self, params: &[f64; N]) -> usize {
+            let mut count = 0;
+            for wild in WILD {
+                for axis in 0..3 {
+                    let mut point = Vector3::new(0.1, -0.2, 1.0);
+                    point[axis] = wild;
+                    if let Some(pixel) = M::project(params, &point) {
+                        let at = format!("{} {params:?} at {point:?}", M::NAME);
+                        assert!(wild.is_finite() && pixel.iter().all(|x| x.is_finite()), "{at}");
+                    }
+                    count += 1;
+                }
+                for pixel in [Vector2::new(wild, 240.0), Vector2::new(320.0, wild)] {
+                    if let Some(ray) = M::unproject(params, &pixel) {
+                        let at = format!("{} {params:?} at {pixel:?}", M::NAME);
+                        assert!(wild.is_finite() && ray.iter().all(|x| x.is_finite()), "{at}");
+                    }
+                    count += 1;
+                }
+            }
+            count
+        }
+    }
+
+    #[test]
+    fn what_is_not_finite_is_neither_seen_nor_searched_for_ever() {
+        hold(|example| example.visit(Wild), 40);
     }
 
     struct Edge;

@@ -18,6 +18,9 @@ pub fn points() -> impl Iterator<Item = Vector3<f64>> {
     })
 }
 
+/// Numbers that are none, or too large to be one's square.
+pub const WILD: [f64; 4] = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e300];
+
 /// Runs a law on every example; each model must have been checked often enough.
 pub fn hold(law: impl Fn(&Intrinsics) -> usize, least: usize) {
     let mut counts: std::collections::BTreeMap<&str, usize> = std::collections::BTreeMap::new();
