@@ -11,7 +11,7 @@ impl Intrinsics {
     /// states ([`Param::range`](super::Param::range)). Files hold other ones, and are read: this is how to flag them.
     pub fn validate(&self) -> Result<(), CameraError> {
         let params = || self.model().params.iter().zip(self.params().iter().copied());
-        for (param, value) in params().filter(|(_, value)| !value.is_finite()) {
+        if let Some((param, value)) = params().find(|(_, value)| !value.is_finite()) {
             return Err(CameraError::not_finite(param, value));
         }
         let mut focals = params().filter(|(param, _)| param.class == ParamClass::Focal);
