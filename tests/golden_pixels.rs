@@ -20,7 +20,9 @@ fn table<const N: usize>(name: &str) -> Vec<(Intrinsics, [f64; N])> {
 }
 
 fn pixels() -> impl Iterator<Item = (Intrinsics, Vector3<f64>, Vector2<f64>)> {
-    let row = |(camera, [x, y, z, px, py])| (camera, Vector3::new(x, y, z), Vector2::new(px, py));
+    let row = |(camera, [x, y, z, px, py]): (_, [f64; 5])| {
+        (camera, Vector3::new(x, y, z), Vector2::new(px, py))
+    };
     table::<5>("golden_pixels.csv").into_iter().map(row)
 }
 
@@ -40,7 +42,7 @@ impl Ray {
 
 /// Where pycolmap is right, and where it is wrong.
 fn rays() -> (Vec<Ray>, Vec<Ray>) {
-    let row = |(camera, [px, py, x, y, z, back_px, back_py])| Ray {
+    let row = |(camera, [px, py, x, y, z, back_px, back_py]): (_, [f64; 7])| Ray {
         camera,
         pixel: Vector2::new(px, py),
         ray: Vector3::new(x, y, z),

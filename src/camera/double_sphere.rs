@@ -87,8 +87,7 @@ impl CameraModel<6> for DoubleSphere {
 
     fn denominator(params: &[f64; 6], point: &Vector3<f64>) -> Option<f64> {
         let [.., xi, alpha] = *params;
-        let [.., w] = spheres(point, xi, alpha);
-        Some(w)
+        Some(spheres(point, xi, alpha)[3])
     }
 }
 

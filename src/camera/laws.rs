@@ -41,7 +41,7 @@ pub fn derivative_error<M: CameraModel<N>, const N: usize>(
 
 /// The error of a derivative against the difference with the fittest step: a long one bends with the curve, a short one drowns
 /// in rounding, and where the curve is steep only few are between.
-fn least_error(
+pub(super) fn least_error(
     size: f64,
     at: impl Fn(f64) -> Option<Vector2<f64>>,
     derivative: Vector2<f64>,
