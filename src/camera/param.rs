@@ -1,7 +1,7 @@
 //! The parameters of a camera model: names and classes.
 
 /// One parameter of a camera model.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Param {
     /// Its name, unique within the model.
     pub name: &'static str,
@@ -11,6 +11,8 @@ pub struct Param {
     pub unit: &'static str,
     /// A dimensionless polynomial coefficient, which a real lens keeps within [-1, 1].
     pub is_small: bool,
+    /// The least and the greatest value for which the formula is a lens; files may hold others.
+    pub range: [f64; 2],
 }
 
 /// What a parameter does.
@@ -28,12 +30,23 @@ pub enum ParamClass {
 
 impl Param {
     const fn new(name: &'static str, class: ParamClass, unit: &'static str) -> Self {
-        Self { name, class, unit, is_small: false }
+        let range = [f64::NEG_INFINITY, f64::INFINITY];
+        Self { name, class, unit, is_small: false, range }
     }
 
     /// The same in another unit than its kind has.
     pub(super) const fn in_unit(self, unit: &'static str) -> Self {
         Self { unit, ..self }
+    }
+
+    /// The same, a lens only for values from `min` to `max`.
+    pub(super) const fn within(self, min: f64, max: f64) -> Self {
+        Self { range: [min, max], ..self }
+    }
+
+    /// The same, a lens only for values above zero.
+    pub(super) const fn positive(self) -> Self {
+        self.within(f64::MIN_POSITIVE, f64::INFINITY)
     }
 }
 
