@@ -3,15 +3,19 @@
 //! Knows nothing of images, files or scenes. Pixels follow COLMAP: the centre of the first one is (0.5, 0.5).
 
 mod error;
+mod field_of_view;
 mod grid;
 pub mod laws;
 mod lens;
 mod param;
 mod polynomial;
 
+use std::f64::consts::PI;
+
 use nalgebra::{Vector2, Vector3};
 
 pub use error::{CameraError, ModelName};
+pub use field_of_view::FieldOfView;
 pub use grid::Grid;
 pub use lens::Linearized;
 pub use param::{Param, ParamClass};
@@ -26,6 +30,8 @@ pub trait CameraModel<const N: usize> {
     const COLMAP_ID: Option<i32>;
     /// Its parameters, in file order.
     const PARAMS: [Param; N];
+    /// No parameters let it see as far as this from the optical axis, in radians.
+    const WIDEST_ANGLE: f64 = PI;
     /// Parameters of real and of hard lenses, on which the laws are tested.
     const EXAMPLES: &[[f64; N]];
 
@@ -63,6 +69,8 @@ pub struct Model {
     pub colmap_id: Option<i32>,
     /// Its parameters, in file order.
     pub params: &'static [Param],
+    /// No parameters let it see as far as this from the optical axis, in radians.
+    pub widest_angle: f64,
     build: fn(&[f64]) -> Option<Intrinsics>,
 }
 
@@ -79,6 +87,7 @@ macro_rules! models {
                     name: $Model::NAME,
                     colmap_id: $Model::COLMAP_ID,
                     params: &$Model::PARAMS,
+                    widest_angle: $Model::WIDEST_ANGLE,
                     build: |params| Some(Intrinsics::$Model(params.try_into().ok()?)),
                 };
             }

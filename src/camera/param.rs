@@ -1,7 +1,7 @@
 //! The parameters of a camera model: names and classes.
 
 /// One parameter of a camera model.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Param {
     /// Its name, unique within the model.
     pub name: &'static str,
@@ -11,6 +11,10 @@ pub struct Param {
     pub unit: &'static str,
     /// A dimensionless polynomial coefficient, which a real lens keeps within [-1, 1].
     pub is_small: bool,
+    /// The name that most models have for what this parameter does; its own, unless it goes by another here.
+    pub shared_name: &'static str,
+    /// The value at which it does nothing.
+    pub neutral: f64,
 }
 
 /// What a parameter does.
@@ -28,12 +32,22 @@ pub enum ParamClass {
 
 impl Param {
     const fn new(name: &'static str, class: ParamClass, unit: &'static str) -> Self {
-        Self { name, class, unit, is_small: false }
+        Self { name, class, unit, is_small: false, shared_name: name, neutral: 0.0 }
     }
 
     /// The same in another unit than its kind has.
     pub(super) const fn in_unit(self, unit: &'static str) -> Self {
         Self { unit, ..self }
+    }
+
+    /// The same, which most models call otherwise.
+    pub(super) const fn known_as(self, shared_name: &'static str) -> Self {
+        Self { shared_name, ..self }
+    }
+
+    /// The same, without effect at this value instead of at zero.
+    pub(super) const fn neutral_at(self, neutral: f64) -> Self {
+        Self { neutral, ..self }
     }
 }
 
