@@ -72,5 +72,5 @@ pub enum ConvertError {
 /// A share of pixels, of which one in a million may be the news.
 fn percent(share: f64) -> String {
     let percent = 100.0 * share;
-    if percent >= 0.1 { format!("{percent:.1} %") } else { format!("{percent:.1$} %", 4) }
+    if percent >= 0.1 { format!("{percent:.1} %") } else { format!("{percent:.4} %") }
 }

@@ -6,6 +6,7 @@ mod error;
 mod exact;
 mod fit;
 mod start;
+mod tests;
 
 use nalgebra::{Vector2, Vector3};
 
@@ -127,7 +128,7 @@ fn check_models(source: &Intrinsics, target: &'static Model) -> Result<(), Conve
         return Err(ConvertError::NotALens { model: map.name });
     }
     let plain = start::undistorted(target, Vector2::zeros(), Vector2::repeat(1.0));
-    if plain.is_some_and(|plain| plain.optical_axis() != source.optical_axis()) {
+    if plain.is_some_and(|plain| plain.optical_axis().dot(&source.optical_axis()) < 0.0) {
         return Err(ConvertError::LooksAway { from: from.name, to: target.name });
     }
     Ok(())
