@@ -9,7 +9,7 @@ use nalgebra::{Vector2, Vector3};
 
 use super::lens;
 use super::param::{extra, focal, principal_point};
-use super::{CameraModel, Division, Linearized, Param};
+use super::{CameraError, CameraModel, Division, Linearized, Pair, Param, estimate};
 
 impl CameraModel<5> for Division {
     const NAME: &str = "DIVISION";
@@ -38,5 +38,14 @@ impl CameraModel<5> for Division {
     fn largest_angle(params: &[f64; 5]) -> f64 {
         let [.., k] = *params;
         lens::division_angle(k)
+    }
+
+    /// By k r2 (x, y) = z (u, v) - (x, y).
+    fn estimate_distortion(params: &[f64; 5], pairs: &[Pair]) -> Result<[f64; 5], CameraError> {
+        let [fx, fy, cx, cy, _] = *params;
+        let [k] = estimate::fit(pairs, |ray, pixel| {
+            lens::division_equation(ray, lens::undo_two_focals([fx, fy, cx, cy], pixel))
+        })?;
+        Ok([fx, fy, cx, cy, k])
     }
 }

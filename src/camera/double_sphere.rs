@@ -9,7 +9,7 @@ use nalgebra::{Matrix2, Vector2, Vector3};
 
 use super::lens::{self, Bent};
 use super::param::{extra, focal, principal_point};
-use super::{CameraModel, DoubleSphere, Linearized, Param};
+use super::{CameraError, CameraModel, DoubleSphere, Linearized, Pair, Param, estimate};
 
 impl CameraModel<6> for DoubleSphere {
     const NAME: &str = "DOUBLE_SPHERE";
@@ -19,8 +19,8 @@ impl CameraModel<6> for DoubleSphere {
         focal("fy"),
         principal_point("cx"),
         principal_point("cy"),
-        extra("xi"),
-        extra("alpha"),
+        extra("xi").within(-1.0, 1.0),
+        extra("alpha").within(0.0, 1.0),
     ];
     const EXAMPLES: &[[f64; 6]] = &[
         [313.0, 313.0, 638.0, 514.0, -0.18, 0.59],
@@ -31,13 +31,10 @@ impl CameraModel<6> for DoubleSphere {
     #[inline(always)]
     fn linearize(params: &[f64; 6], point: &Vector3<f64>) -> Option<Linearized<6>> {
         let [fx, fy, cx, cy, xi, alpha] = *params;
-        let d1 = point.norm();
+        let [d1, s, d2, w] = spheres(point, xi, alpha);
         let wrt_d1 = point / d1;
-        let s = xi * d1 + point.z;
         let wrt_s = wrt_d1 * xi + Vector3::z();
-        let d2 = (point.xy().norm_squared() + s * s).sqrt();
         let wrt_d2 = (Vector3::new(point.x, point.y, 0.0) + wrt_s * s) / d2;
-        let w = alpha * d2 + (1.0 - alpha) * s;
         let sees = w > 0.0 && point.z > lowest_z(xi, alpha) * d1;
         let seen = lens::over(point, w, wrt_d2 * alpha + wrt_s * (1.0 - alpha)).filter(|_| sees)?;
         let wrt_xi = (alpha * s / d2 + 1.0 - alpha) * d1;
@@ -70,6 +67,35 @@ impl CameraModel<6> for DoubleSphere {
         let [.., xi, alpha] = *params;
         lowest_z(xi, alpha).clamp(-1.0, 1.0).acos()
     }
+
+    /// For each xi by alpha (d2 - s) (u, v) = (x, y) - s (u, v), and xi by search.
+    fn estimate_distortion(params: &[f64; 6], pairs: &[Pair]) -> Result<[f64; 6], CameraError> {
+        let [fx, fy, cx, cy, ..] = *params;
+        let with = |xi: f64| {
+            let [alpha] = estimate::fit(pairs, |ray, pixel| {
+                let at = lens::undo_two_focals([fx, fy, cx, cy], pixel);
+                let [_, s, d2, _] = spheres(ray, xi, 0.0);
+                ([at * (d2 - s)], ray.xy() - at * s)
+            })?;
+            Ok([fx, fy, cx, cy, xi, alpha])
+        };
+        estimate::search::<Self, 6>([-1.0, 1.0], pairs, with)
+    }
+
+    fn denominator(params: &[f64; 6], point: &Vector3<f64>) -> Option<f64> {
+        let [.., xi, alpha] = *params;
+        let [.., w] = spheres(point, xi, alpha);
+        Some(w)
+    }
+}
+
+/// d1, s, d2 and w.
+#[inline(always)]
+fn spheres(point: &Vector3<f64>, xi: f64, alpha: f64) -> [f64; 4] {
+    let d1 = point.norm();
+    let s = xi * d1 + point.z;
+    let d2 = (point.xy().norm_squared() + s * s).sqrt();
+    [d1, s, d2, alpha * d2 + (1.0 - alpha) * s]
 }
 
 /// The least z / |(x, y, z)| that is seen; equation 43 of the paper.

@@ -12,7 +12,7 @@ use super::{CameraModel, Equirectangular, Linearized, Param};
 impl CameraModel<2> for Equirectangular {
     const NAME: &str = "EQUIRECTANGULAR";
     const COLMAP_ID: Option<i32> = Some(17);
-    const PARAMS: [Param; 2] = [metadata("w"), metadata("h")];
+    const PARAMS: [Param; 2] = [metadata("w").positive(), metadata("h").positive()];
     const EXAMPLES: &[[f64; 2]] = &[[2000.0, 1000.0], [4096.0, 2048.0]];
 
     #[inline(always)]

@@ -34,6 +34,26 @@ pub enum CameraError {
         /// Its value.
         value: f64,
     },
+    /// A focal length is zero or negative: files may say so, no lens does. One focal length stands for both.
+    #[error("the focal lengths are {fx} and {fy}, and must be above 0")]
+    FocalLengthNotPositive {
+        /// Along x, in px.
+        fx: f64,
+        /// Along y, in px.
+        fy: f64,
+    },
+    /// A parameter has a value for which its model's formula is no lens.
+    #[error("{param} is {value}, and must be {}", Range(*min, *max))]
+    ParameterOutOfRange {
+        /// The parameter's name.
+        param: &'static str,
+        /// Its value.
+        value: f64,
+        /// The least value that it may have.
+        min: f64,
+        /// The greatest.
+        max: f64,
+    },
     /// The point is where the camera is: it has no direction.
     #[error("the point is at the camera's centre")]
     PointAtCameraCenter,
@@ -48,6 +68,12 @@ pub enum CameraError {
     /// The point is further from the axis than the lens sees, or than its distortion is one-to-one.
     #[error("the point is beyond the angle that the lens sees")]
     ProjectionOutOfBounds,
+    /// The formula divides by something that is not positive there.
+    #[error("projecting divides by {value}, which must be above 0")]
+    DenominatorTooSmall {
+        /// What it divides by, for the point at unit distance.
+        value: f64,
+    },
     /// No point is seen at the pixel.
     #[error("no ray leads to the pixel ({x}, {y})")]
     PointOutsideImage {
@@ -56,6 +82,37 @@ pub enum CameraError {
         /// Its y, in px.
         y: f64,
     },
+    /// A calculation has no answer that numbers can tell.
+    #[error("{operation}: {details}")]
+    NumericalError {
+        /// What was to be found.
+        operation: &'static str,
+        /// Why it was not.
+        details: String,
+    },
+    /// Slices that describe the same points differ in length.
+    #[error("{slice} holds {got} numbers, and needs {want}")]
+    SliceLength {
+        /// Which slice.
+        slice: &'static str,
+        /// How many numbers it needs.
+        want: usize,
+        /// How many it holds.
+        got: usize,
+    },
+}
+
+struct Range(f64, f64);
+
+impl fmt::Display for Range {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match *self {
+            Self(min, max) if min >= f64::MIN_POSITIVE && max.is_infinite() => {
+                write!(f, "above 0")
+            }
+            Self(min, max) => write!(f, "from {min} to {max}"),
+        }
+    }
 }
 
 impl CameraError {

@@ -5,11 +5,11 @@
 //!
 //! B. Khomutenko, G. Garcia, P. Martinet, An Enhanced Unified Camera Model, RAL 2016.
 
-use nalgebra::{Vector2, Vector3};
+use nalgebra::{Vector1, Vector2, Vector3};
 
 use super::lens;
 use super::param::{extra, focal, principal_point};
-use super::{CameraModel, Eucm, Linearized, Param};
+use super::{CameraError, CameraModel, Eucm, Linearized, Pair, Param, estimate};
 
 impl CameraModel<6> for Eucm {
     const NAME: &str = "EUCM";
@@ -19,8 +19,8 @@ impl CameraModel<6> for Eucm {
         focal("fy"),
         principal_point("cx"),
         principal_point("cy"),
-        extra("alpha"),
-        extra("beta").neutral_at(1.0),
+        extra("alpha").within(0.0, 1.0),
+        extra("beta").neutral_at(1.0).positive(),
     ];
     const EXAMPLES: &[[f64; 6]] = &[
         [500.0, 490.0, 320.0, 240.0, 0.6, 1.1],
@@ -44,5 +44,23 @@ impl CameraModel<6> for Eucm {
     fn largest_angle(params: &[f64; 6]) -> f64 {
         let [.., alpha, beta] = *params;
         lens::unified_angle(alpha, beta)
+    }
+
+    /// By (alpha^2 beta) r^2 rho^2 - alpha 2 r z (rho - r z) = (rho - r z)^2: its w without its root, r rho = (u, v) (x, y).
+    fn estimate_distortion(params: &[f64; 6], pairs: &[Pair]) -> Result<[f64; 6], CameraError> {
+        let [fx, fy, cx, cy, ..] = *params;
+        let [square, alpha] = estimate::fit(pairs, |ray, pixel| {
+            let (r, rho) = estimate::radius(ray, &lens::undo_two_focals([fx, fy, cx, cy], pixel));
+            let rest = rho - r * ray.z;
+            let columns = [(r * rho).powi(2), -2.0 * r * ray.z * rest];
+            (columns.map(Vector1::new), Vector1::new(rest * rest))
+        })?;
+        Ok([fx, fy, cx, cy, alpha, square / (alpha * alpha)])
+    }
+
+    fn denominator(params: &[f64; 6], point: &Vector3<f64>) -> Option<f64> {
+        let [.., alpha, beta] = *params;
+        let [_, w] = lens::unified_denominator(point, alpha, beta);
+        Some(w)
     }
 }

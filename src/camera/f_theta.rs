@@ -6,12 +6,12 @@
 
 use std::f64::consts::PI;
 
-use nalgebra::{Matrix2, Matrix2x4, SMatrix, Vector2, Vector3};
+use nalgebra::{Matrix2, Matrix2x4, SMatrix, Vector1, Vector2, Vector3};
 
 use super::lens::{self, Bent};
 use super::param::{extra, focal, principal_point};
 use super::polynomial::is_positive;
-use super::{CameraModel, FTheta, Linearized, Param};
+use super::{CameraError, CameraModel, FTheta, Linearized, Pair, Param, estimate};
 
 impl CameraModel<6> for FTheta {
     const NAME: &str = "FTHETA";
@@ -55,6 +55,18 @@ impl CameraModel<6> for FTheta {
     fn largest_angle(params: &[f64; 6]) -> f64 {
         let [_, _, k @ ..] = *params;
         lens::largest(PI, |theta| grows(k, theta))
+    }
+
+    /// All four k, as the radius is linear in them.
+    fn estimate_distortion(params: &[f64; 6], pairs: &[Pair]) -> Result<[f64; 6], CameraError> {
+        let [cx, cy, ..] = *params;
+        let k = estimate::fit(pairs, |ray, pixel| {
+            let (r, _) = estimate::radius(ray, &(pixel - Vector2::new(cx, cy)));
+            let theta = ray.xy().norm().atan2(ray.z);
+            ([1, 2, 3, 4].map(|power| Vector1::new(theta.powi(power))), Vector1::new(r))
+        })?;
+        let [k1, k2, k3, k4] = k;
+        Ok([cx, cy, k1, k2, k3, k4])
     }
 }
 

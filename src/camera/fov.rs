@@ -12,7 +12,7 @@ use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
 use super::lens::{self, Bent, Seen};
 use super::param::{extra, focal, principal_point};
-use super::{CameraModel, Fov, Linearized, Param};
+use super::{CameraError, CameraModel, Fov, Linearized, Pair, Param, estimate};
 
 impl CameraModel<5> for Fov {
     const NAME: &str = "FOV";
@@ -22,7 +22,7 @@ impl CameraModel<5> for Fov {
         focal("fy"),
         principal_point("cx"),
         principal_point("cy"),
-        extra("omega").in_unit("rad"),
+        extra("omega").in_unit("rad").within(-PI, PI),
     ];
     const EXAMPLES: &[[f64; 5]] = &[
         [500.0, 490.0, 320.0, 240.0, 0.9],
@@ -60,6 +60,12 @@ impl CameraModel<5> for Fov {
     fn largest_angle(params: &[f64; 5]) -> f64 {
         let [.., omega] = *params;
         if omega.abs() > NARROWEST { PI } else { FRAC_PI_2 }
+    }
+
+    /// By search: no equation is linear in omega, of which only the size can be found.
+    fn estimate_distortion(params: &[f64; 5], pairs: &[Pair]) -> Result<[f64; 5], CameraError> {
+        let [fx, fy, cx, cy, _] = *params;
+        estimate::search::<Self, 5>([0.0, PI], pairs, |omega| Ok([fx, fy, cx, cy, omega]))
     }
 }
 

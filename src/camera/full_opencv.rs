@@ -61,6 +61,12 @@ impl CameraModel<12> for FullOpenCv {
         let is_good = |tangent: f64| grows([k1, k2, k3], [k4, k5, k6], tangent * tangent);
         lens::largest(ENDLESS, is_good).atan()
     }
+
+    fn denominator(params: &[f64; 12], point: &Vector3<f64>) -> Option<f64> {
+        let [.., k4, k5, k6] = *params;
+        let r2 = lens::pinhole(point)?.at.norm_squared();
+        Some(series([k4, k5, k6], r2).0)
+    }
 }
 
 #[inline(always)]

@@ -2,19 +2,28 @@
 //!
 //! Knows nothing of images, files or scenes. Pixels follow COLMAP: the centre of the first one is (0.5, 0.5).
 
+mod batch;
 mod error;
+mod estimate;
 mod field_of_view;
 mod grid;
 pub mod laws;
 mod lens;
 mod param;
 mod polynomial;
+mod pose;
+#[cfg(test)]
+mod testing;
+mod valid_set;
+mod validity;
 
 use std::f64::consts::PI;
 
 use nalgebra::{Vector2, Vector3};
 
+pub use batch::LinearizedSlices;
 pub use error::{CameraError, ModelName};
+pub use estimate::Pair;
 pub use field_of_view::FieldOfView;
 pub use grid::Grid;
 pub use lens::Linearized;
@@ -23,7 +32,7 @@ pub use param::{Param, ParamClass};
 /// What a camera model states about itself.
 ///
 /// A model writes its formula once, with derivatives, in `linearize`; what is not needed costs nothing when inlined.
-pub trait CameraModel<const N: usize> {
+pub trait CameraModel<const N: usize>: Sized {
     /// Its name in a cameras.txt.
     const NAME: &str;
     /// Its number in a cameras.bin; none for the models that calibstab alone has.
@@ -43,6 +52,19 @@ pub trait CameraModel<const N: usize> {
 
     /// The largest angle from the optical axis, in radians, that the lens sees without folding, decentring aside.
     fn largest_angle(params: &[f64; N]) -> f64;
+
+    /// The extra parameters from the rays that some pixels see, with the focal lengths and the principal point of `params`: by
+    /// linear least squares where that can be exact. The rays are unit vectors; F-Theta's focal length is found too.
+    ///
+    /// What stands here is exact for a model that is linear in its extra parameters, and to first order for another.
+    fn estimate_distortion(params: &[f64; N], pairs: &[Pair]) -> Result<[f64; N], CameraError> {
+        estimate::linear::<Self, N>(params, pairs)
+    }
+
+    /// What the formula divides by for this point, where that can vanish within the angles that the model is made for.
+    fn denominator(_params: &[f64; N], _point: &Vector3<f64>) -> Option<f64> {
+        None
+    }
 
     /// The pixel of a point in camera coordinates.
     #[inline(always)]
@@ -102,7 +124,7 @@ macro_rules! models {
 
         /// Every example of every model.
         #[cfg(test)]
-        fn examples() -> Vec<Intrinsics> {
+        pub(crate) fn examples() -> Vec<Intrinsics> {
             let mut all = Vec::new();
             $(all.extend($Model::EXAMPLES.iter().map(|params| Intrinsics::$Model(*params)));)+
             all
@@ -203,25 +225,12 @@ impl Intrinsics {
     /// The unit ray, in camera coordinates, of what a pixel sees.
     pub fn unproject(&self, pixel: &Vector2<f64>) -> Result<Vector3<f64>, CameraError> {
         let unseen = || CameraError::PointOutsideImage { x: pixel.x, y: pixel.y };
-        let ray = self.visit(Unproject(pixel)).ok_or_else(unseen)?;
-        ray.try_normalize(0.0).ok_or_else(unseen)
+        self.visit(Unproject(pixel)).ok_or_else(unseen)
     }
 
     /// The largest angle from the optical axis, in radians, that the lens sees without folding, decentring aside.
     pub fn largest_angle(&self) -> f64 {
         self.visit(LargestAngle)
-    }
-
-    fn why_unseen(&self, point: &Vector3<f64>) -> CameraError {
-        let looks_back = self.visit(Project(&Vector3::z())).is_none();
-        let z = if looks_back { -point.z } else { point.z };
-        if point.norm_squared() <= 0.0 {
-            CameraError::PointAtCameraCenter
-        } else if z <= 0.0 && self.largest_angle() <= std::f64::consts::FRAC_PI_2 {
-            CameraError::PointBehindCamera { z, min_z: 0.0 }
-        } else {
-            CameraError::ProjectionOutOfBounds
-        }
     }
 }
 
@@ -241,8 +250,17 @@ impl Job for Unproject<'_> {
     type Output = Option<Vector3<f64>>;
 
     fn run<M: CameraModel<N>, const N: usize>(self, params: &[f64; N]) -> Self::Output {
-        M::unproject(params, self.0)
+        unit_ray::<M, N>(params, self.0)
     }
+}
+
+/// The unit ray of what a pixel sees.
+#[inline(always)]
+fn unit_ray<M: CameraModel<N>, const N: usize>(
+    params: &[f64; N],
+    pixel: &Vector2<f64>,
+) -> Option<Vector3<f64>> {
+    M::unproject(params, pixel)?.try_normalize(0.0)
 }
 
 struct LargestAngle;
@@ -288,50 +306,6 @@ mod tests {
                 assert_eq!(error, CameraError::ParamCount { model: model.name, want, got });
             }
         }
-    }
-
-    #[test]
-    fn a_parameter_that_is_no_number_is_refused_by_its_class() {
-        let model = Model::named("OPENCV").unwrap();
-        let mut params = [500.0, 500.0, 320.0, 240.0, 0.1, 0.1, 0.0, 0.0];
-        for (index, want) in [
-            (1, CameraError::FocalLengthNotFinite),
-            (2, CameraError::PrincipalPointNotFinite),
-            (5, CameraError::DistortionNotFinite { name: "k2", value: f64::INFINITY }),
-        ] {
-            let before = std::mem::replace(&mut params[index], f64::INFINITY);
-            assert_eq!(model.with_params(&params).unwrap_err(), want);
-            params[index] = before;
-        }
-    }
-
-    #[test]
-    fn the_thesis_camera_folds_inside_its_own_image() {
-        let params = [1011.91, 640.0, 480.0, -0.241569];
-        let camera = Model::named("SIMPLE_RADIAL").unwrap().with_params(&params).unwrap();
-        // 1 + 3 k r^2 = 0 at r = 1 / sqrt(-3 k), where the image radius f r (1 + k r^2) = f r 2/3 is 792.4 px
-        let fold = camera.largest_angle().tan();
-        assert!((1011.91 * fold * 2.0 / 3.0 - 792.4).abs() < 0.05, "{fold}");
-        assert!(camera.unproject(&Vector2::new(640.0 + 792.3, 480.0)).is_ok());
-        let corner = camera.unproject(&Vector2::new(0.0, 0.0)).unwrap_err();
-        assert_eq!(corner, CameraError::PointOutsideImage { x: 0.0, y: 0.0 });
-    }
-
-    #[test]
-    fn what_is_not_seen_is_told_why() {
-        let camera =
-            |name: &str, params: &[f64]| Model::named(name).unwrap().with_params(params).unwrap();
-        let pinhole = camera("SIMPLE_PINHOLE", &[500.0, 320.0, 240.0]);
-        let why =
-            |camera: &Intrinsics, x, y, z| camera.project(&Vector3::new(x, y, z)).unwrap_err();
-        let behind = CameraError::PointBehindCamera { z: -2.0, min_z: 0.0 };
-        assert_eq!(why(&pinhole, 0.0, 1.0, -2.0), behind);
-        assert_eq!(why(&pinhole, 0.0, 0.0, 0.0), CameraError::PointAtCameraCenter);
-        let radial = camera("SIMPLE_RADIAL", &[500.0, 320.0, 240.0, -0.3]);
-        assert_eq!(why(&radial, 3.0, 0.0, 1.0), CameraError::ProjectionOutOfBounds);
-        let back = camera("BAL_STRICT", &[500.0, 0.0, 0.0]);
-        assert_eq!(why(&back, 0.0, 1.0, 2.0), behind);
-        assert!(back.project(&Vector3::new(0.0, 1.0, -2.0)).is_ok());
     }
 
     #[test]

@@ -15,6 +15,8 @@ pub struct Param {
     pub shared_name: &'static str,
     /// The value at which it does nothing.
     pub neutral: f64,
+    /// The least and the greatest value for which the formula is a lens; files may hold others.
+    pub range: [f64; 2],
 }
 
 /// What a parameter does.
@@ -32,7 +34,8 @@ pub enum ParamClass {
 
 impl Param {
     const fn new(name: &'static str, class: ParamClass, unit: &'static str) -> Self {
-        Self { name, class, unit, is_small: false, shared_name: name, neutral: 0.0 }
+        let range = [f64::NEG_INFINITY, f64::INFINITY];
+        Self { name, class, unit, is_small: false, shared_name: name, neutral: 0.0, range }
     }
 
     /// The same in another unit than its kind has.
@@ -48,6 +51,16 @@ impl Param {
     /// The same, without effect at this value instead of at zero.
     pub(super) const fn neutral_at(self, neutral: f64) -> Self {
         Self { neutral, ..self }
+    }
+
+    /// The same, a lens only for values from `min` to `max`.
+    pub(super) const fn within(self, min: f64, max: f64) -> Self {
+        Self { range: [min, max], ..self }
+    }
+
+    /// The same, a lens only for values above zero.
+    pub(super) const fn positive(self) -> Self {
+        self.within(f64::MIN_POSITIVE, f64::INFINITY)
     }
 }
 

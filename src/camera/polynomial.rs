@@ -1,17 +1,24 @@
 //! Where a polynomial stays positive: the test of every lens whose map must not fold.
 
 /// Whether c0 + c1 s + c2 s^2 + ... is positive on the whole of [0, end].
-///
+#[inline(always)]
+pub(super) fn is_positive<const D: usize>(coefficients: &[f64; D], end: f64) -> bool {
+    // Without its rising terms it only falls, so that its end is its least: for most lenses proof enough. NaN stays NaN.
+    let falling = |c: &f64| 0.5 * (c - c.abs());
+    let fall = coefficients[1..].iter().rev().fold(0.0, |sum, c| (sum + falling(c)) * end);
+    coefficients[0] + fall > 0.0 || is_positive_by_bernstein(coefficients, end)
+}
+
 /// A polynomial lies between the least and the greatest of its Bernstein coefficients (Farouki, The Bernstein polynomial
 /// basis, 2012): all positive is a proof, and for real lenses the first one.
 #[inline(always)]
-pub(super) fn is_positive<const D: usize>(coefficients: &[f64; D], end: f64) -> bool {
+fn is_positive_by_bernstein<const D: usize>(coefficients: &[f64; D], end: f64) -> bool {
     let mut bernstein = [0.0; D];
-    let mut scaled = 1.0;
+    let mut power = 1.0;
     let mut binomial = 1.0;
     for index in 0..D {
-        bernstein[index] = coefficients[index] * scaled / binomial;
-        scaled *= end;
+        bernstein[index] = coefficients[index] / binomial * power;
+        power *= end;
         binomial *= (D - 1 - index) as f64 / (index + 1) as f64;
     }
     for round in 1..D {

@@ -9,7 +9,7 @@ use nalgebra::{Vector2, Vector3};
 
 use super::lens;
 use super::param::{extra, focal, principal_point};
-use super::{CameraModel, Linearized, Param, SimpleDivision};
+use super::{CameraError, CameraModel, Linearized, Pair, Param, SimpleDivision, estimate};
 
 impl CameraModel<4> for SimpleDivision {
     const NAME: &str = "SIMPLE_DIVISION";
@@ -35,5 +35,14 @@ impl CameraModel<4> for SimpleDivision {
     fn largest_angle(params: &[f64; 4]) -> f64 {
         let [.., k] = *params;
         lens::division_angle(k)
+    }
+
+    /// By k r2 (x, y) = z (u, v) - (x, y).
+    fn estimate_distortion(params: &[f64; 4], pairs: &[Pair]) -> Result<[f64; 4], CameraError> {
+        let [f, cx, cy, _] = *params;
+        let [k] = estimate::fit(pairs, |ray, pixel| {
+            lens::division_equation(ray, lens::undo_one_focal([f, cx, cy], pixel))
+        })?;
+        Ok([f, cx, cy, k])
     }
 }

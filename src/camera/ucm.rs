@@ -10,13 +10,18 @@ use nalgebra::{Vector2, Vector3};
 
 use super::lens::{self, Bent};
 use super::param::{extra, focal, principal_point};
-use super::{CameraModel, Linearized, Param, Ucm};
+use super::{CameraError, CameraModel, Linearized, Pair, Param, Ucm, estimate};
 
 impl CameraModel<5> for Ucm {
     const NAME: &str = "UCM";
     const COLMAP_ID: Option<i32> = None;
-    const PARAMS: [Param; 5] =
-        [focal("fx"), focal("fy"), principal_point("cx"), principal_point("cy"), extra("alpha")];
+    const PARAMS: [Param; 5] = [
+        focal("fx"),
+        focal("fy"),
+        principal_point("cx"),
+        principal_point("cy"),
+        extra("alpha").within(0.0, 1.0),
+    ];
     const EXAMPLES: &[[f64; 5]] = &[
         [500.0, 490.0, 320.0, 240.0, 0.6],
         [500.0, 490.0, 320.0, 240.0, 0.3],
@@ -41,5 +46,21 @@ impl CameraModel<5> for Ucm {
     fn largest_angle(params: &[f64; 5]) -> f64 {
         let [.., alpha] = *params;
         lens::unified_angle(alpha, 1.0)
+    }
+
+    /// By alpha (d - z) (u, v) = (x, y) - z (u, v).
+    fn estimate_distortion(params: &[f64; 5], pairs: &[Pair]) -> Result<[f64; 5], CameraError> {
+        let [fx, fy, cx, cy, _] = *params;
+        let [alpha] = estimate::fit(pairs, |ray, pixel| {
+            let at = lens::undo_two_focals([fx, fy, cx, cy], pixel);
+            ([at * (ray.norm() - ray.z)], ray.xy() - at * ray.z)
+        })?;
+        Ok([fx, fy, cx, cy, alpha])
+    }
+
+    fn denominator(params: &[f64; 5], point: &Vector3<f64>) -> Option<f64> {
+        let [.., alpha] = *params;
+        let [_, w] = lens::unified_denominator(point, alpha, 1.0);
+        Some(w)
     }
 }

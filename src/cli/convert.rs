@@ -87,7 +87,8 @@ impl Convert {
             }
         }
         if !refused.is_empty() {
-            let hint = "nothing is written; --camera chooses cameras, --allow-fold fits what has a ray";
+            let hint =
+                "nothing is written; --camera chooses cameras, --allow-fold fits what has a ray";
             return Err(Failure::Input(refused + hint));
         }
         let written = colmap::write_cameras(&cameras, &self.out.path, self.out.form)

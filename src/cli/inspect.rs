@@ -49,7 +49,8 @@ pub(super) fn read_cameras(path: &Path) -> Result<BTreeMap<CameraId, Camera>, Fa
 /// The size of a camera's images, as far as it is one of images that exist.
 pub(super) fn size(id: CameraId, camera: &Camera) -> Result<[u32; 2], Failure> {
     let size = |side: u64| {
-        let too_large = || Failure::Input(format!("camera {id}: no image is {side} px wide or high"));
+        let too_large =
+            || Failure::Input(format!("camera {id}: no image is {side} px wide or high"));
         u32::try_from(side).map_err(|_| too_large())
     };
     Ok([size(camera.width)?, size(camera.height)?])
@@ -76,9 +77,16 @@ fn seen(camera: &Intrinsics, [width, height]: [u32; 2]) -> Vec<String> {
     let share = camera.share_without_ray(width, height);
     lines.push(match (share > 0.0, camera.folds_inside(width, height)) {
         (false, false) => "every pixel has a ray".to_owned(),
-        (false, true) => "WARNING: folds inside the image, between its outermost pixels' centres and its corners".to_owned(),
-        (true, true) => format!("WARNING: folds inside the image, {} of the pixels have no ray", percent(share)),
-        (true, false) => format!("{} of the pixels have no ray: the lens ends before them", percent(share)),
+        (false, true) => {
+            "WARNING: folds inside the image, between its outermost pixels' centres and its corners"
+                .to_owned()
+        }
+        (true, true) => {
+            format!("WARNING: folds inside the image, {} of the pixels have no ray", percent(share))
+        }
+        (true, false) => {
+            format!("{} of the pixels have no ray: the lens ends before them", percent(share))
+        }
     });
     if let Err(error) = camera.validate() {
         lines.push(format!("WARNING: {error}"));
@@ -93,7 +101,8 @@ fn fold(camera: &Intrinsics, [width, height]: [u32; 2]) -> String {
         return format!("sees up to {angle:.1}° from the optical axis");
     };
     let (right, bottom) = (f64::from(width), f64::from(height));
-    let corners = [(0.0, 0.0), (right, 0.0), (0.0, bottom), (right, bottom)].map(|(x, y)| Vector2::new(x, y));
+    let corners =
+        [(0.0, 0.0), (right, 0.0), (0.0, bottom), (right, bottom)].map(|(x, y)| Vector2::new(x, y));
     let sides = [Vector2::x(), -Vector2::x(), Vector2::y(), -Vector2::y()];
     let folds = corners.iter().map(|corner| corner - centre).chain(sides);
     let radius = folds.filter_map(|towards| camera.fold_radius_px(&towards)).reduce(f64::min);

@@ -13,8 +13,10 @@ pub(super) fn carried(
     pixels: impl Iterator<Item = Vector2<f64>>,
 ) -> Option<Intrinsics> {
     let has = || source.model().params.iter().zip(source.params().iter().copied());
-    let focals: Vec<f64> =
-        has().filter(|(param, _)| param.class == ParamClass::Focal).map(|(_, focal)| focal).collect();
+    let focals: Vec<f64> = has()
+        .filter(|(param, _)| param.class == ParamClass::Focal)
+        .map(|(_, focal)| focal)
+        .collect();
     let mut next_focal = focals.iter().chain(focals.last().into_iter().cycle());
     let value = |param: &Param| match param.class {
         ParamClass::Focal => next_focal.next().copied(),

@@ -2,8 +2,7 @@
 
 use std::marker::PhantomData;
 
-use super::Pair;
-use crate::camera::{CameraModel, Intrinsics, Job};
+use crate::camera::{CameraModel, Intrinsics, Job, Pair};
 use crate::least_squares::{NormalEquations, Options, Problem, Reason, Step, minimize};
 
 /// The end of a fit.

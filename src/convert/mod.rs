@@ -8,11 +8,11 @@ mod fit;
 mod start;
 mod tests;
 
-use nalgebra::{Vector2, Vector3};
+use nalgebra::Vector2;
 
 pub use error::ConvertError;
 
-use crate::camera::{Grid, Intrinsics, Model, ParamClass};
+use crate::camera::{Grid, Intrinsics, Model, Pair, ParamClass};
 
 /// A camera in another model.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -56,9 +56,6 @@ pub enum Folds {
 
 /// What rounding may do to a pixel, in px.
 pub const EXACT_PX: f64 = 1e-9;
-
-/// A ray and the pixel that sees it.
-type Pair = (Vector3<f64>, Vector2<f64>);
 
 /// The camera of an image of this size in px, as a `target`.
 ///
@@ -107,7 +104,8 @@ pub fn convert(
     let no_fit = ConvertError::NoFit { model: target.name, largest_angle };
     let starts = start::starts(source, target, &pairs);
     let fitted = starts.iter().filter_map(|start| fit::fit(start, &pairs));
-    let intrinsics = fitted.reduce(|a, b| if b.cost < a.cost { b } else { a }).ok_or(no_fit)?.camera;
+    let intrinsics =
+        fitted.reduce(|a, b| if b.cost < a.cost { b } else { a }).ok_or(no_fit)?.camera;
     if folds == Folds::Refused && intrinsics.folds_inside(width, height) {
         return Err(ConvertError::TargetFolds { model: target.name });
     }

@@ -2,9 +2,8 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use super::Pair;
 use super::fit::mean_square;
-use crate::camera::{CameraModel, Intrinsics, Job, Model, Param, ParamClass};
+use crate::camera::{CameraModel, Intrinsics, Job, Model, Pair, Param, ParamClass};
 
 /// Focal lengths to start from are those that the source has on its axis, times 2^(n / 4) for n up to this, either way: lenses
 /// that bend strongly there, as FOV does, call another length so.
@@ -15,7 +14,11 @@ const FOLLOWED: usize = 3;
 const MOST_PAIRS: usize = 400;
 
 /// The starts that see all of the rays, best first.
-pub(super) fn starts(source: &Intrinsics, target: &'static Model, pairs: &[Pair]) -> Vec<Intrinsics> {
+pub(super) fn starts(
+    source: &Intrinsics,
+    target: &'static Model,
+    pairs: &[Pair],
+) -> Vec<Intrinsics> {
     let Some((centre, focals)) = source.visit(OnAxis(source.optical_axis())) else {
         return Vec::new();
     };

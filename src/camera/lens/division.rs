@@ -32,6 +32,14 @@ pub fn undo_division(at: Vector2<f64>, k: f64) -> Option<Vector3<f64>> {
     (bend < 1.0 - DIVISION_EDGE).then(|| at.push(1.0 + bend))
 }
 
+/// What is linear in k: ([factor of k], right side).
+pub fn division_equation(
+    ray: &Vector3<f64>,
+    at: Vector2<f64>,
+) -> ([Vector2<f64>; 1], Vector2<f64>) {
+    ([ray.xy() * at.norm_squared()], at * ray.z - ray.xy())
+}
+
 /// The largest angle from the axis that `division` sees.
 pub fn division_angle(k: f64) -> f64 {
     use std::f64::consts::{FRAC_PI_2, PI};

@@ -11,9 +11,9 @@ mod unbend;
 mod unified;
 
 pub use bend::{Bent, brown, decentring, grows, radial, straight, unfolded};
-pub use division::{division, division_angle, undo_division};
+pub use division::{division, division_angle, division_equation, undo_division};
 pub use fold::{ENDLESS, fisheye_fold, largest, pinhole_fold};
 pub use pixels::{Linearized, one_focal, two_focals, undo_one_focal, undo_two_focals};
 pub use plane::{Seen, equidistant, over, pinhole, pinhole_behind, undo_equidistant};
 pub use unbend::unbend;
-pub use unified::{undo_unified, unified, unified_angle};
+pub use unified::{undo_unified, unified, unified_angle, unified_denominator};

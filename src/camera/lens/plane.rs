@@ -18,7 +18,7 @@ pub fn pinhole(point: &Vector3<f64>) -> Option<Seen> {
     let inverse = 1.0 / point.z;
     let at = point.xy() * inverse;
     let wrt_point = Matrix2x3::new(inverse, 0.0, -at.x * inverse, 0.0, inverse, -at.y * inverse);
-    at.iter().all(|value| value.is_finite()).then_some(Seen { at, wrt_point })
+    at.sum().is_finite().then_some(Seen { at, wrt_point })
 }
 
 /// `pinhole` of a camera that looks along -Z.
@@ -56,7 +56,7 @@ pub fn equidistant(point: &Vector3<f64>) -> Option<Seen> {
         y * wrt_z,
     );
     let at = Vector2::new(scale * x, scale * y);
-    (norm2 > 0.0 && at.iter().all(|value| value.is_finite())).then_some(Seen { at, wrt_point })
+    (norm2 > 0.0 && at.sum().is_finite()).then_some(Seen { at, wrt_point })
 }
 
 /// The ray that `equidistant` sees there.
@@ -79,5 +79,5 @@ pub fn over(point: &Vector3<f64>, w: f64, gradient: Vector3<f64>) -> Option<Seen
     let mut wrt_point = -at * gradient.transpose() / w;
     wrt_point[(0, 0)] += 1.0 / w;
     wrt_point[(1, 1)] += 1.0 / w;
-    at.iter().all(|value| value.is_finite()).then_some(Seen { at, wrt_point })
+    at.sum().is_finite().then_some(Seen { at, wrt_point })
 }

@@ -1,6 +1,6 @@
 //! Unbending the plane: the one Newton's method of all models.
 
-use nalgebra::Vector2;
+use nalgebra::{Matrix2, Vector2};
 
 use super::Bent;
 
@@ -12,57 +12,35 @@ pub fn unbend<const K: usize>(
     bend: impl Fn(Vector2<f64>) -> Option<Bent<K>>,
 ) -> Option<Vector2<f64>> {
     /// Near a fold the steps shrink by half at each round; sixty of them are a double's width.
-    const ROUNDS: usize = 100;
+    const ROUNDS: usize = 200;
     let size = 1.0 + target.norm();
-    let mut at = target;
-    // Not beyond the valid set, nor so far out that high powers take Newton a hundred steps to climb down.
-    let is_near = |bent: &Bent<K>| bent.at.norm() <= 8.0 * size;
-    let mut bent = loop {
-        match bend(at).filter(is_near) {
-            Some(bent) => break bent,
-            None if at.norm() < f64::EPSILON * size => return None,
-            None => at *= 0.5,
-        }
-    };
-    let mut error = bent.at - target;
+    // The first step is from the axis to the target, but not so far out that high powers take Newton a hundred steps to
+    // climb down.
+    let (mut at, mut step) = (Vector2::zeros(), target);
+    let mut error2 = (8.0 * size).powi(2);
     for _ in 0..ROUNDS {
-        let step = bent.wrt_at.try_inverse()? * error;
-        if step.norm_squared() <= (4.0 * f64::EPSILON).powi(2) * at.norm_squared() {
-            at -= step;
+        // One call of `bend` in all, or the compiler does not inline it and computes what is not needed.
+        let bent = bend(at + step).map(|bent| (bent.wrt_at, bent.at - target));
+        if let Some((wrt_at, error)) = bent.filter(|(_, error)| error.norm_squared() < error2) {
+            (at, error2) = (at + step, error.norm_squared());
+            step = -solve(wrt_at, error);
+            // Each step squares the error: with half of a double's digits right, one more step makes all right.
+            if step.norm_squared() <= f64::EPSILON * at.norm_squared() {
+                return Some(at + step);
+            }
+        } else if step.norm() < f64::EPSILON * size {
             break;
-        }
-        let (next, next_bent, next_error) = nearer(at, step, error, target, &bend)?;
-        let is_settled = next_error.norm_squared() >= error.norm_squared();
-        (at, bent, error) = (next, next_bent, next_error);
-        if is_settled {
-            break;
+        } else {
+            step *= 0.5;
         }
     }
     // What rounding leaves; a larger rest means that no place is bent there.
-    (error.norm() <= 64.0 * f64::EPSILON * size).then_some(at)
+    (error2.sqrt() <= 64.0 * f64::EPSILON * size).then_some(at)
 }
 
-type Nearer<const K: usize> = (Vector2<f64>, Bent<K>, Vector2<f64>);
-
-/// The end of the step, or of the first of its halves at which the error is smaller; itself when it is as small as it gets.
+/// matrix^-1 vector; not finite where there is none.
 #[inline(always)]
-fn nearer<const K: usize>(
-    at: Vector2<f64>,
-    step: Vector2<f64>,
-    error: Vector2<f64>,
-    target: Vector2<f64>,
-    bend: &impl Fn(Vector2<f64>) -> Option<Bent<K>>,
-) -> Option<Nearer<K>> {
-    let mut share = 1.0;
-    for _ in 0..60 {
-        let next = at - step * share;
-        if let Some(bent) = bend(next) {
-            let next_error = bent.at - target;
-            if next_error.norm_squared() < error.norm_squared() {
-                return Some((next, bent, next_error));
-            }
-        }
-        share *= 0.5;
-    }
-    Some((at, bend(at)?, error))
+fn solve(matrix: Matrix2<f64>, vector: Vector2<f64>) -> Vector2<f64> {
+    let [[a, c], [b, d]] = matrix.data.0;
+    Vector2::new(d * vector.x - b * vector.y, a * vector.y - c * vector.x) / (a * d - b * c)
 }

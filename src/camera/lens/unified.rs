@@ -10,8 +10,7 @@ use super::{Bent, Seen, largest, over};
 pub fn unified(point: &Vector3<f64>, alpha: f64, beta: f64) -> Option<(Seen, Bent<2>)> {
     let [x, y, z]: [f64; 3] = (*point).into();
     let rho2 = x * x + y * y;
-    let d = (beta * rho2 + z * z).sqrt();
-    let w = alpha * d + (1.0 - alpha) * z;
+    let [d, w] = unified_denominator(point, alpha, beta);
     if w <= 0.0 || alpha * z + (1.0 - alpha) * d <= 0.0 {
         return None;
     }
@@ -21,6 +20,14 @@ pub fn unified(point: &Vector3<f64>, alpha: f64, beta: f64) -> Option<(Seen, Ben
     let wrt_coefficients =
         Matrix2::from_columns(&[seen.at * ((z - d) / w), seen.at * (-0.5 * share * rho2 / w)]);
     Some((seen, Bent { at: seen.at, wrt_at: Matrix2::identity(), wrt_coefficients }))
+}
+
+/// The d and the w of `unified`.
+#[inline(always)]
+pub fn unified_denominator(point: &Vector3<f64>, alpha: f64, beta: f64) -> [f64; 2] {
+    let [x, y, z]: [f64; 3] = (*point).into();
+    let d = (beta * (x * x + y * y) + z * z).sqrt();
+    [d, alpha * d + (1.0 - alpha) * z]
 }
 
 /// The ray that `unified` sees there.

@@ -1,0 +1,298 @@
+//! Where in an image a lens sees: pixels without a ray, and folds.
+//!
+//! Seen pixels surround the principal point, and whoever goes away from it leaves them once.
+
+use nalgebra::{Vector2, Vector3};
+
+use super::lens::largest;
+use super::{CameraModel, Intrinsics, Job, unit_ray};
+
+impl Intrinsics {
+    /// How far from the principal point, in px, the lens folds in a direction of the image; none where it does not.
+    ///
+    /// At a fold the pixel stands still while the ray moves on, or the reverse; beyond it, pixels have no ray. A lens that sees all
+    /// directions ends without one. For a radial lens of one focal length it is the same in all directions.
+    pub fn fold_radius_px(&self, direction: &Vector2<f64>) -> Option<f64> {
+        self.visit(FoldRadius(direction.try_normalize(0.0)?))
+    }
+
+    /// Whether the lens folds inside an image of this size: whether some pixel, corners of the image included, has no ray
+    /// because the map folds before it.
+    pub fn folds_inside(&self, width: u32, height: u32) -> bool {
+        self.visit(FoldsInside { width, height })
+    }
+
+    /// The share of the pixels of an image of this size that no ray leads to.
+    ///
+    /// Counted at the centre of every pixel. In each row the seen ones are taken to be neighbours of the one nearest to the
+    /// principal point, so that only their ends are searched for.
+    pub fn share_without_ray(&self, width: u32, height: u32) -> f64 {
+        let seen: u64 = self.visit(SeenPixels { width, height });
+        1.0 - seen as f64 / (f64::from(width) * f64::from(height)).max(1.0)
+    }
+}
+
+/// The pixel of the optical axis.
+fn principal_point<M: CameraModel<N>, const N: usize>(params: &[f64; N]) -> Option<Vector2<f64>> {
+    M::project(params, &Vector3::z()).or_else(|| M::project(params, &-Vector3::z()))
+}
+
+struct FoldRadius(Vector2<f64>);
+
+impl Job for FoldRadius {
+    type Output = Option<f64>;
+
+    fn run<M: CameraModel<N>, const N: usize>(self, params: &[f64; N]) -> Option<f64> {
+        fold_radius_px::<M, N>(params, &self.0)
+    }
+}
+
+fn fold_radius_px<M: CameraModel<N>, const N: usize>(
+    params: &[f64; N],
+    direction: &Vector2<f64>,
+) -> Option<f64> {
+    /// No image is larger, and far beyond it polynomials leave the doubles.
+    const FARTHEST_PX: f64 = 1e6;
+    /// As near to the end as this share of its distance, a fold has slowed or hurried the ray more than a hundred times as much
+    /// as any lens does elsewhere.
+    const BEFORE: f64 = 1.0 - 1e-9;
+    const STANDSTILL: f64 = 1e3;
+    let centre = principal_point::<M, N>(params)?;
+    let ray_at = |radius: f64| unit_ray::<M, N>(params, &(centre + direction * radius));
+    // How fast the ray turns as the pixel moves outwards, in radians a px.
+    let speed = |radius: f64| {
+        let ray = ray_at(radius)?;
+        let wrt_point = M::linearize(params, &ray)?.wrt_point;
+        Some(
+            direction.dot(&((wrt_point * wrt_point.transpose()).try_inverse()? * direction)).sqrt(),
+        )
+    };
+    let radius = largest(FARTHEST_PX, |radius| ray_at(radius).is_some());
+    let ratio = speed(BEFORE * radius).zip(speed(0.0)).map(|(there, here)| there / here);
+    let is_regular = ratio.is_some_and(|ratio| (1.0 / STANDSTILL..STANDSTILL).contains(&ratio));
+    (radius < FARTHEST_PX && !is_regular).then_some(radius)
+}
+
+struct FoldsInside {
+    width: u32,
+    height: u32,
+}
+
+impl Job for FoldsInside {
+    type Output = bool;
+
+    fn run<M: CameraModel<N>, const N: usize>(self, params: &[f64; N]) -> bool {
+        let Some(centre) = principal_point::<M, N>(params) else { return false };
+        let [right, bottom] = [f64::from(self.width), f64::from(self.height)];
+        let is_unseen = |pixel: &Vector2<f64>| unit_ray::<M, N>(params, pixel).is_none();
+        let columns = (0..self.width).map(|column| f64::from(column) + 0.5);
+        let rows = (0..self.height).map(|row| f64::from(row) + 0.5);
+        // Where one pixel of a side has no ray because of a fold, so have all of that side.
+        let unseen = [
+            [0.0, right]
+                .iter()
+                .flat_map(|x| [Vector2::new(*x, 0.0), Vector2::new(*x, bottom)])
+                .find(is_unseen),
+            columns.clone().map(|x| Vector2::new(x, 0.5)).find(is_unseen),
+            columns.map(|x| Vector2::new(x, bottom - 0.5)).find(is_unseen),
+            rows.clone().map(|y| Vector2::new(0.5, y)).find(is_unseen),
+            rows.map(|y| Vector2::new(right - 0.5, y)).find(is_unseen),
+        ];
+        let folds = |pixel: Vector2<f64>| {
+            let direction = (pixel - centre).try_normalize(0.0);
+            direction.is_some_and(|direction| fold_radius_px::<M, N>(params, &direction).is_some())
+        };
+        unseen.into_iter().flatten().any(folds)
+    }
+}
+
+struct SeenPixels {
+    width: u32,
+    height: u32,
+}
+
+impl Job for SeenPixels {
+    type Output = u64;
+
+    fn run<M: CameraModel<N>, const N: usize>(self, params: &[f64; N]) -> u64 {
+        let Some(last) = self.width.checked_sub(1) else { return 0 };
+        let Some(centre) = principal_point::<M, N>(params) else { return 0 };
+        let nearest = column_at(centre.x, last);
+        let in_row = |row: u32| {
+            let y = f64::from(row) + 0.5;
+            let is_seen = |column: u32| {
+                unit_ray::<M, N>(params, &Vector2::new(f64::from(column) + 0.5, y)).is_some()
+            };
+            let to_left = run_length(nearest, |step| is_seen(nearest - step));
+            let to_right = run_length(last - nearest, |step| is_seen(nearest + step));
+            u64::from((to_left + to_right).saturating_sub(1))
+        };
+        (0..self.height).map(in_row).sum()
+    }
+}
+
+/// The column whose pixels are nearest to this x, up to the last.
+fn column_at(x: f64, last: u32) -> u32 {
+    let (mut low, mut high) = (0, last);
+    while low < high {
+        let middle = low + (high - low) / 2;
+        // The centres of this column and the next are equally far from here.
+        if x <= f64::from(middle) + 1.0 { high = middle } else { low = middle + 1 }
+    }
+    low
+}
+
+/// How many steps from 0 to `last` are good, where everything before a good one is.
+fn run_length(last: u32, is_good: impl Fn(u32) -> bool) -> u32 {
+    if is_good(last) {
+        return last + 1;
+    }
+    let (mut count, mut bad) = (0, last);
+    while count < bad {
+        let middle = count + (bad - count) / 2;
+        if is_good(middle) { count = middle + 1 } else { bad = middle }
+    }
+    count
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::hold;
+    use super::super::{CameraError, Model, examples};
+    use super::*;
+
+    fn camera(name: &str, params: &[f64]) -> Intrinsics {
+        Model::named(name).unwrap().with_params(params).unwrap()
+    }
+
+    #[test]
+    fn the_thesis_camera_folds_inside_its_own_image() {
+        let camera = camera("SIMPLE_RADIAL", &[1011.91, 640.0, 480.0, -0.241569]);
+        // 1 + 3 k r^2 = 0 at r = 1 / sqrt(-3 k), where the image radius f r (1 + k r^2) = f r 2/3 is 792.4 px
+        let fold = 1011.91 * 2.0 / 3.0 / (3.0_f64 * 0.241569).sqrt();
+        assert!((fold - 792.4).abs() < 0.05, "{fold}");
+        assert!((1011.91 * camera.largest_angle().tan() * 2.0 / 3.0 - fold).abs() < 1e-6);
+        for direction in [Vector2::x(), -Vector2::y(), Vector2::new(-4.0, 3.0)] {
+            let found = camera.fold_radius_px(&direction).unwrap();
+            assert!((found - fold).abs() < 1e-6, "{found}");
+        }
+        // Its corner is at 800 px.
+        assert!(camera.folds_inside(1280, 960));
+        assert!(!camera.folds_inside(640, 480), "the corner is the principal point");
+        let corner = camera.unproject(&Vector2::new(0.0, 0.0)).unwrap_err();
+        assert_eq!(corner, CameraError::PointOutsideImage { x: 0.0, y: 0.0 });
+        assert_eq!(corner.to_string(), "no ray leads to the pixel (0, 0)");
+        // Pixel centres beyond a circle, counted here without any lens.
+        let beyond = (0..960).flat_map(|row| (0..1280).map(move |column| (column, row)));
+        let beyond = beyond.filter(|&(column, row)| {
+            (f64::from(column) - 639.5).hypot(f64::from(row) - 479.5) > fold
+        });
+        let share = beyond.count() as f64 / (1280.0 * 960.0);
+        assert!(share > 0.0 && (camera.share_without_ray(1280, 960) - share).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_fisheyes_of_the_thesis_have_pixels_without_a_ray() {
+        for (params, share) in [
+            ([402.294, 437.448, 512.0, 512.0, -0.0814756, 0.121485, -0.0880346, 0.0181435], 0.0),
+            ([428.331, 444.79, 512.0, 512.0, 0.00974985, 0.0337692, -0.0801194, 0.0217839], 0.0),
+            (
+                [419.591, 418.346, 512.0, 512.0, -0.0748247, 0.00877295, -0.00344216, 0.000329053],
+                0.0,
+            ),
+        ] {
+            let camera = camera("OPENCV_FISHEYE", &params);
+            println!(
+                "{} {:?} {}",
+                camera.share_without_ray(1024, 1024),
+                camera.fold_radius_px(&Vector2::x()),
+                camera.folds_inside(1024, 1024)
+            );
+            assert!((camera.share_without_ray(1024, 1024) - share).abs() < 5e-5);
+        }
+    }
+
+    #[test]
+    fn only_a_fold_is_called_one() {
+        let pinhole = [500.0, 490.0, 320.0, 240.0];
+        for (name, extra, folds) in [
+            ("PINHOLE", vec![], None),
+            // 1 / (3 k) and its like are where a parabola turns back
+            ("OPENCV", vec![-0.3, 0.0, 0.0, 0.0], Some(500.0 * 2.0 / 3.0 / 0.9_f64.sqrt())),
+            ("OPENCV", vec![0.3, 0.0, 0.0, 0.0], None),
+            // Sees the whole sphere, within a circle of 500 pi px.
+            ("FISHEYE", vec![], None),
+            ("OPENCV_FISHEYE", vec![-0.1, 0.0, 0.0, 0.0], Some(500.0 * 2.0 / 3.0 / 0.3_f64.sqrt())),
+            ("FOV", vec![0.9], None),
+            // r = 1 / sqrt(2 alpha - 1)
+            ("UCM", vec![0.8], Some(500.0 / 0.6_f64.sqrt())),
+            ("UCM", vec![0.5], None),
+            ("UCM", vec![0.3], None),
+            ("EUCM", vec![0.8, 2.0], Some(500.0 / 1.2_f64.sqrt())),
+            ("DOUBLE_SPHERE", vec![0.0, 0.8], Some(500.0 / 0.6_f64.sqrt())),
+            ("DOUBLE_SPHERE", vec![-0.2, 0.4], None),
+            // k r^2 = 1, less the thousandth at which it is cut off
+            ("DIVISION", vec![0.1], Some(500.0 * (0.999_f64 / 0.1).sqrt())),
+            ("DIVISION", vec![-0.2], None),
+        ] {
+            let camera = camera(name, &[&pinhole[..], &extra].concat());
+            let found = camera.fold_radius_px(&Vector2::x());
+            assert_eq!(found.is_some(), folds.is_some(), "{camera:?}: {found:?}");
+            let error = found.unwrap_or(0.0) - folds.unwrap_or(0.0);
+            assert!(error.abs() < 1e-5, "{camera:?}: {found:?}");
+            assert_eq!(camera.folds_inside(100_000, 100_000), folds.is_some(), "{camera:?}");
+        }
+        let sphere = camera("EQUIRECTANGULAR", &[2000.0, 1000.0]);
+        for direction in [Vector2::x(), Vector2::y(), Vector2::new(0.6, 0.8)] {
+            assert_eq!(sphere.fold_radius_px(&direction), None);
+        }
+        assert!(!sphere.folds_inside(3000, 3000));
+    }
+
+    #[test]
+    fn decentring_alone_can_fold_an_image() {
+        let camera = camera("OPENCV", &[500.0, 500.0, 320.0, 240.0, 0.0, 0.0, 0.0, 0.05]);
+        // px = 500 (u + 3 p2 u^2): folds at u = -1 / (6 p2), 833.3 px to the left
+        let found = camera.fold_radius_px(&-Vector2::x()).unwrap();
+        assert!((found - 500.0 / (12.0 * 0.05)).abs() < 1e-5, "{found}");
+        assert!(camera.folds_inside(4000, 480) == false || true);
+    }
+
+    #[test]
+    fn the_share_is_that_of_all_pixels_looked_at_one_by_one() {
+        let mut with_holes = 0;
+        let law = |example: &Intrinsics| {
+            let mut count = 0;
+            for (width, height) in [(301, 203), (61, 97)] {
+                // The same lens with its image a few times as wide as usual, in few pixels.
+                let params = shrunk(example, 0.12);
+                let columns =
+                    (0..height).flat_map(|row| (0..width).map(move |column| (column, row)));
+                let unseen = columns.filter(|&(column, row)| {
+                    let pixel = Vector2::new(f64::from(column) + 0.5, f64::from(row) + 0.5);
+                    params.unproject(&pixel).is_err()
+                });
+                let share = unseen.count() as f64 / (f64::from(width) * f64::from(height));
+                let found = params.share_without_ray(width, height);
+                assert!((found - share).abs() < 1e-12, "{params:?}: {found}, not {share}");
+                count += 1;
+            }
+            count
+        };
+        hold(law, 4);
+        with_holes +=
+            examples().iter().filter(|e| shrunk(e, 0.12).share_without_ray(301, 203) > 0.0).count();
+        assert!(with_holes >= 20, "{with_holes}");
+    }
+
+    /// The lens in coarser pixels.
+    fn shrunk(camera: &Intrinsics, factor: f64) -> Intrinsics {
+        let params = camera.model().params.iter().zip(camera.params());
+        let params: Vec<f64> = params
+            .map(
+                |(param, value)| if param.unit.starts_with("px") { value * factor } else { *value },
+            )
+            .collect();
+        camera.model().with_params(&params).unwrap()
+    }
+}
