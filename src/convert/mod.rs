@@ -6,6 +6,7 @@ mod error;
 mod exact;
 mod fit;
 mod start;
+#[cfg(test)]
 mod tests;
 
 use nalgebra::Vector2;

@@ -5,9 +5,9 @@ use nalgebra::{Vector2, Vector3};
 use super::fit::mean_square;
 use crate::camera::{CameraModel, Intrinsics, Job, Model, Pair, Param, ParamClass};
 
-/// Focal lengths to start from are those that the source has on its axis, times 2^(n / 4) for n up to this, either way: lenses
+/// Focal lengths to start from are those that the source has on its axis, times 2^(n / 2) for n up to this, either way: lenses
 /// that bend strongly there, as FOV does, call another length so.
-const QUARTER_OCTAVES: i32 = 8;
+const HALF_OCTAVES: i32 = 4;
 /// So many of the starts are followed: the best may lead to a side valley.
 const FOLLOWED: usize = 3;
 /// A linear first estimate needs no more pairs than this.
@@ -24,7 +24,7 @@ pub(super) fn starts(
     };
     let some: Vec<Pair> = pairs.iter().step_by(1 + pairs.len() / MOST_PAIRS).copied().collect();
     let mut found: Vec<(f64, Intrinsics)> = Vec::new();
-    for octaves in (-QUARTER_OCTAVES..=QUARTER_OCTAVES).map(|n| 0.25 * f64::from(n)) {
+    for octaves in (-HALF_OCTAVES..=HALF_OCTAVES).map(|n| 0.5 * f64::from(n)) {
         let plain = undistorted(target, centre, focals * octaves.exp2());
         let estimated = plain.and_then(|plain| plain.estimate_distortion(&some).ok());
         let starts = [plain, estimated].into_iter().flatten();
