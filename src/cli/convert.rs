@@ -98,7 +98,7 @@ impl Convert {
             writeln!(talk, "remark: {remark}")?;
         }
         if !quiet {
-            writeln!(talk, "{} cameras written to {}", cameras.len(), self.out.path.display())?;
+            writeln!(talk, "{} camera(s) written to {}", cameras.len(), self.out.path.display())?;
         }
         Ok(out.write_all(said.as_bytes())?)
     }

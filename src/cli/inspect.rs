@@ -107,7 +107,9 @@ fn fold(camera: &Intrinsics, [width, height]: [u32; 2]) -> String {
     let folds = corners.iter().map(|corner| corner - centre).chain(sides);
     let radius = folds.filter_map(|towards| camera.fold_radius_px(&towards)).reduce(f64::min);
     let farthest = corners.iter().map(|corner| (corner - centre).norm()).fold(0.0, f64::max);
-    match radius {
+    // Where even the widest lens ends, that is no fold, however the pixel runs there.
+    let is_widest = camera.largest_angle() > 0.999 * camera.model().widest_angle;
+    match radius.filter(|radius| !is_widest || *radius < farthest) {
         None => format!("does not fold; sees up to {angle:.1}° from the optical axis"),
         Some(radius) => format!(
             "folds {angle:.1}° from the optical axis, {radius:.1} px from the principal point; the farthest corner is at {farthest:.1} px"

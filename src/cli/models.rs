@@ -20,11 +20,11 @@ angle  what the lens sees, from the optical axis; `calibstab inspect` says where
 impl Models {
     pub(super) fn run(&self, out: &mut impl Write) -> Result<(), Failure> {
         let width = MODELS.iter().map(|model| model.name.len()).max().unwrap_or(0);
-        writeln!(out, "{:<width$}  id  {:<18}  parameters, in file order", "model", "angle")?;
+        writeln!(out, "{:<width$}  id  {:<21}  parameters, in file order", "model", "angle")?;
         for model in MODELS {
             let id = model.colmap_id.map_or("-".to_owned(), |id| id.to_string());
             let (angle, params) = (angle(model), params(model));
-            writeln!(out, "{:<width$}  {id:>2}  {angle:<18}  {params}", model.name)?;
+            writeln!(out, "{:<width$}  {id:>2}  {angle:<21}  {params}", model.name)?;
         }
         Ok(out.write_all(NOTES.as_bytes())?)
     }
