@@ -105,7 +105,8 @@ fn what_is_converted_is_written_and_what_it_cost_is_said() {
     let out = path(&folder, "eucm.txt");
     let said = printed(&["convert", &from, "--to", "EUCM", "--out", &out, "--camera", "8"]);
     assert!(said.starts_with("camera 8  RADIAL -> EUCM: fitted, rms 0.00"), "{said}");
-    assert!(said.contains("over 100.0 % of the image, up to 38."), "{said}");
+    // The last cells' centres are 392.5 px out: 500 r (1 - 0.1 r^2 + 0.02 r^4) there, r = tan 39.9 degrees.
+    assert!(said.contains("over 100.0 % of the image, up to 39.9° from the axis"), "{said}");
     let written = read(Path::new(&out)).unwrap().cameras;
     let names = written.values().map(|camera| camera.intrinsics.model().name);
     assert_eq!(names.collect::<Vec<_>>(), ["SIMPLE_RADIAL", "EUCM"]);
@@ -123,31 +124,34 @@ fn a_model_that_colmap_does_not_know_is_written_with_a_warning_and_not_in_binary
     assert!(!folder.path().join("ucm.bin").exists());
 }
 
+fn convert<'a>(from: &'a str, rest: &[&'a str]) -> Vec<&'a str> {
+    [&["convert", from][..], rest].concat()
+}
+
 #[test]
 fn what_cannot_be_done_is_an_error_and_leaves_no_file() {
     let folder = cameras(
         "1 SIMPLE_RADIAL 1280 960 1011.91 640 480 -0.241569\n2 PINHOLE 640 480 500 490 320 240\n",
     );
     let (from, out) = (path(&folder, "cameras.txt"), path(&folder, "out.txt"));
-    let convert = |rest: &[&str]| [&["convert", &from][..], rest].concat();
     for (args, reason) in [
-        (convert(&["--to", "OPENCV_FISHEY", "--out", &out]), "did you mean OPENCV_FISHEYE?"),
-        (convert(&["--to", "EUCM", "--out", &path(&folder, "out.csv")]), ".txt or .bin"),
+        (convert(&from, &["--to", "OPENCV_FISHEY", "--out", &out]), "did you mean OPENCV_FISHEYE?"),
+        (convert(&from, &["--to", "EUCM", "--out", &path(&folder, "out.csv")]), ".txt or .bin"),
         (
-            convert(&["--to", "EUCM", "--out", &out]),
+            convert(&from, &["--to", "EUCM", "--out", &out]),
             "camera 1  SIMPLE_RADIAL -> EUCM: SIMPLE_RADIAL folds",
         ),
-        (convert(&["--to", "EUCM", "--out", &out, "--camera", "5"]), "there is no camera 5"),
-        (convert(&["--to", "EQUIRECTANGULAR", "--out", &out]), "not a lens"),
-        (convert(&["--to", "EUCM"]), "--out"),
+        (convert(&from, &["--to", "EUCM", "--out", &out, "--camera", "5"]), "there is no camera 5"),
+        (convert(&from, &["--to", "EQUIRECTANGULAR", "--out", &out]), "not a lens"),
+        (convert(&from, &["--to", "EUCM"]), "--out"),
         (vec!["convert", "nowhere", "--to", "EUCM", "--out", &out], "no such file or folder"),
         (vec!["inspect", "nowhere"], "no such file or folder"),
-        (vec!["inspect", "fixtures/runs"], "models"),
+        (vec!["inspect", "fixtures/runs"], "expected one model, found 12"),
     ] {
         let said = refused(&args);
         assert!(said.contains(reason), "{args:?}: {said}");
     }
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
-    let said = printed(&convert(&["--to", "EUCM", "--out", &out, "--allow-fold"]));
+    let said = printed(&convert(&from, &["--to", "EUCM", "--out", &out, "--allow-fold"]));
     assert!(said.contains("camera 1  SIMPLE_RADIAL -> EUCM: fitted"), "{said}");
 }
