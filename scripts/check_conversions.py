@@ -28,7 +28,7 @@ PRINTED = 6e-3
 EUROC = ("OPENCV", 752, 480, [465.7, 465.0, 376.0, 240.0, -0.275, 0.067, 0.0014, -0.00044])
 CASTLE = ("SIMPLE_RADIAL", 3072, 2048, [2759.0, 1536.0, 1024.0, 0.02])
 MILD = ("RADIAL", 1280, 960, [900.0, 640.0, 480.0, -0.12, 0.03])
-FISHEYE = ("OPENCV_FISHEYE", 1024, 768, [420.0, 418.0, 512.0, 384.0, -0.0748, 0.0088, -0.0034, 0.0003])
+FISHEYE = ("OPENCV_FISHEYE", 800, 600, [420.0, 418.0, 400.0, 300.0, -0.0748, 0.0088, -0.0034, 0.0003])
 # Camera, target, whether the target contains it.
 CASES = [
     (CASTLE, "OPENCV", True),
@@ -36,7 +36,7 @@ CASES = [
     (FISHEYE, "THIN_PRISM_FISHEYE", True),
     (FISHEYE, "RAD_TAN_THIN_PRISM_FISHEYE", True),
     (("FISHEYE", 640, 480, [300.0, 310.0, 320.0, 240.0]), "FOV", True),
-    (EUROC, "SIMPLE_RADIAL", False),
+    (EUROC, "RADIAL_FISHEYE", False),
     (EUROC, "FULL_OPENCV", True),
     (EUROC, "OPENCV_FISHEYE", False),
     (EUROC, "EUCM", False),
