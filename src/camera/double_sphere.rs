@@ -35,7 +35,8 @@ impl CameraModel<6> for DoubleSphere {
         let wrt_d1 = point / d1;
         let wrt_s = wrt_d1 * xi + Vector3::z();
         let wrt_d2 = (Vector3::new(point.x, point.y, 0.0) + wrt_s * s) / d2;
-        let sees = w > 0.0 && point.z > lowest_z(xi, alpha) * d1;
+        // Behind the second the map folds, where the paper's equation 43 ends a little too early.
+        let sees = w > 0.0 && alpha * s + (1.0 - alpha) * d2 > 0.0;
         let seen = lens::over(point, w, wrt_d2 * alpha + wrt_s * (1.0 - alpha)).filter(|_| sees)?;
         let wrt_xi = (alpha * s / d2 + 1.0 - alpha) * d1;
         let wrt_coefficients =
@@ -59,13 +60,15 @@ impl CameraModel<6> for DoubleSphere {
             return None;
         }
         let scale = (mz * xi + over.sqrt()) / (mz * mz + r2);
-        let ray = (at * scale).push(scale * mz - xi);
-        (ray.z > lowest_z(xi, alpha) * ray.norm()).then_some(ray)
+        Some((at * scale).push(scale * mz - xi))
     }
 
     fn largest_angle(params: &[f64; 6]) -> f64 {
         let [.., xi, alpha] = *params;
-        lowest_z(xi, alpha).clamp(-1.0, 1.0).acos()
+        // On the second sphere cos = -least; from there back to the first.
+        let least = if alpha > 0.5 { (1.0 - alpha) / alpha } else { alpha / (1.0 - alpha) };
+        let distance = (1.0 - xi * xi * (1.0 - least * least)).sqrt() - xi * least;
+        (-least * distance - xi).clamp(-1.0, 1.0).acos()
     }
 
     /// For each xi by alpha (d2 - s) (u, v) = (x, y) - s (u, v), and xi by search.
@@ -84,8 +87,7 @@ impl CameraModel<6> for DoubleSphere {
 
     fn denominator(params: &[f64; 6], point: &Vector3<f64>) -> Option<f64> {
         let [.., xi, alpha] = *params;
-        let [.., w] = spheres(point, xi, alpha);
-        Some(w)
+        Some(spheres(point, xi, alpha)[3])
     }
 }
 
@@ -96,11 +98,4 @@ fn spheres(point: &Vector3<f64>, xi: f64, alpha: f64) -> [f64; 4] {
     let s = xi * d1 + point.z;
     let d2 = (point.xy().norm_squared() + s * s).sqrt();
     [d1, s, d2, alpha * d2 + (1.0 - alpha) * s]
-}
-
-/// The least z / |(x, y, z)| that is seen; equation 43 of the paper.
-#[inline(always)]
-fn lowest_z(xi: f64, alpha: f64) -> f64 {
-    let w1 = if alpha > 0.5 { (1.0 - alpha) / alpha } else { alpha / (1.0 - alpha) };
-    -(w1 + xi) / (2.0 * w1 * xi + xi * xi + 1.0).sqrt()
 }

@@ -22,9 +22,8 @@ impl CameraModel<2> for Equirectangular {
         let across2 = x * x + z * z;
         let across = across2.sqrt();
         let norm2 = point.norm_squared();
-        if across <= 0.0 {
-            return None;
-        }
+        // A NaN is not above zero.
+        let has_longitude = across > 0.0 && norm2.is_finite();
         let share = Vector2::new(x.atan2(z) / TAU + 0.5, y.atan2(across) / PI + 0.5);
         let wrt_point = Matrix2x3::new(
             w * z / (TAU * across2),
@@ -36,7 +35,7 @@ impl CameraModel<2> for Equirectangular {
         );
         let pixel = Vector2::new(w * share.x, h * share.y);
         let wrt_params = Matrix2::from_diagonal(&share);
-        Some(Linearized { pixel, wrt_point, wrt_params })
+        has_longitude.then_some(Linearized { pixel, wrt_point, wrt_params })
     }
 
     #[inline(always)]

@@ -245,7 +245,6 @@ mod tests {
             let rms_px = (exact.iter().map(error).sum::<f64>() / exact.len() as f64).sqrt();
             // Least squares would leave sqrt(unknowns / pairs) of the noise; of another error than that in px, a little more.
             let allowed = if name == "RAD_TAN_THIN_PRISM_FISHEYE" { 1.0 } else { NOISE_PX };
-            println!("{name} {rms_px}");
             assert!(rms_px <= allowed, "{camera:?}: {rms_px} px");
             1
         };

@@ -60,7 +60,6 @@ impl CameraModel<6> for Eucm {
 
     fn denominator(params: &[f64; 6], point: &Vector3<f64>) -> Option<f64> {
         let [.., alpha, beta] = *params;
-        let [_, w] = lens::unified_denominator(point, alpha, beta);
-        Some(w)
+        Some(lens::unified_denominator(point, alpha, beta)[1])
     }
 }

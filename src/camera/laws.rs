@@ -41,7 +41,7 @@ pub fn derivative_error<M: CameraModel<N>, const N: usize>(
 
 /// The error of a derivative against the difference with the fittest step: a long one bends with the curve, a short one drowns
 /// in rounding, and where the curve is steep only few are between.
-fn least_error(
+pub(super) fn least_error(
     size: f64,
     at: impl Fn(f64) -> Option<Vector2<f64>>,
     derivative: Vector2<f64>,
@@ -84,8 +84,8 @@ fn ray_per_pixel(wrt_point: &SMatrix<f64, 2, 3>, point: &Vector3<f64>) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Job;
-    use super::super::testing::{Random, hold, points};
+    use super::super::testing::{Random, WILD, hold, points};
+    use super::super::{Intrinsics, Job};
     use super::*;
 
     struct Derivatives;
@@ -149,6 +149,33 @@ mod tests {
     #[test]
     fn distance_does_not_move_the_pixel() {
         hold(|example| example.visit(Euler), 300);
+    }
+
+    #[test]
+    fn what_is_not_finite_is_neither_seen_nor_searched_for_ever() {
+        let law = |camera: &Intrinsics| {
+            let mut count = 0;
+            for wild in WILD {
+                for axis in 0..3 {
+                    let mut point = Vector3::new(0.1, -0.2, 1.0);
+                    point[axis] = wild;
+                    if let Ok(pixel) = camera.project(&point) {
+                        let is_finite = pixel.iter().all(|value| value.is_finite());
+                        assert!(is_finite, "{camera:?} at {point:?}: {pixel:?}");
+                    }
+                    count += 1;
+                }
+                for pixel in [Vector2::new(wild, 240.0), Vector2::new(320.0, wild)] {
+                    if let Ok(ray) = camera.unproject(&pixel) {
+                        let error = (ray.norm() - 1.0).abs();
+                        assert!(error < 1e-15, "{camera:?} at {pixel:?}: {ray:?}");
+                    }
+                    count += 1;
+                }
+            }
+            count
+        };
+        hold(law, 30);
     }
 
     struct Edge;

@@ -260,7 +260,9 @@ fn unit_ray<M: CameraModel<N>, const N: usize>(
     params: &[f64; N],
     pixel: &Vector2<f64>,
 ) -> Option<Vector3<f64>> {
-    M::unproject(params, pixel)?.try_normalize(0.0)
+    let ray = M::unproject(params, pixel)?;
+    let length = ray.norm();
+    (length > 0.0 && length.is_finite()).then(|| ray / length)
 }
 
 struct LargestAngle;

@@ -44,6 +44,7 @@ impl<const N: usize> Linearized<N> {
 mod tests {
     use nalgebra::{Isometry3, Translation3, UnitQuaternion};
 
+    use super::super::laws::least_error;
     use super::super::testing::{hold, points};
     use super::super::{CameraModel, Job};
     use super::*;
@@ -87,14 +88,10 @@ mod tests {
             let unit =
                 if column < 3 { point.norm() } else { point.norm() / world_point.coords.norm() };
             let size = at.wrt_point.norm() * point.norm() / unit;
-            let errors = (0..6).filter_map(|shorter| {
-                let step = 1e-3 * unit * 0.1_f64.powi(shorter);
-                let near = moved(step)? - moved(-step)?;
-                let far = moved(2.0 * step)? - moved(-2.0 * step)?;
-                let difference = (near * 8.0 - far) / (12.0 * step);
-                Some((difference - wrt_pose.column(column)).norm() / size)
-            });
-            let Some(error) = errors.reduce(f64::min) else { return false };
+            let column_of_pose = wrt_pose.column(column).into();
+            let Some(error) = least_error(unit, moved, column_of_pose, |_| size) else {
+                return false;
+            };
             assert!(error < 1e-8, "{} {params:?} at {point:?}, {column}: {error:.1e}", M::NAME);
         }
         true

@@ -18,6 +18,9 @@ pub fn points() -> impl Iterator<Item = Vector3<f64>> {
     })
 }
 
+/// What is no number, or not a finite one.
+pub const WILD: [f64; 3] = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY];
+
 /// Runs a law on every example; each model must have been checked often enough.
 pub fn hold(law: impl Fn(&Intrinsics) -> usize, least: usize) {
     let mut counts: std::collections::BTreeMap<&str, usize> = std::collections::BTreeMap::new();

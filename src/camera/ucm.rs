@@ -60,7 +60,6 @@ impl CameraModel<5> for Ucm {
 
     fn denominator(params: &[f64; 5], point: &Vector3<f64>) -> Option<f64> {
         let [.., alpha] = *params;
-        let [_, w] = lens::unified_denominator(point, alpha, 1.0);
-        Some(w)
+        Some(lens::unified_denominator(point, alpha, 1.0)[1])
     }
 }

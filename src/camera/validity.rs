@@ -11,7 +11,7 @@ impl Intrinsics {
     /// states ([`Param::range`](super::Param::range)). Files hold other ones, and are read: this is how to flag them.
     pub fn validate(&self) -> Result<(), CameraError> {
         let params = || self.model().params.iter().zip(self.params().iter().copied());
-        for (param, value) in params().filter(|(_, value)| !value.is_finite()) {
+        if let Some((param, value)) = params().find(|(_, value)| !value.is_finite()) {
             return Err(CameraError::not_finite(param, value));
         }
         let mut focals = params().filter(|(param, _)| param.class == ParamClass::Focal);
@@ -195,7 +195,9 @@ mod tests {
             let text = format!("projecting divides by {found}, which must be above 0");
             assert_eq!(error.to_string(), text);
         }
+        // r / (1 + r^2 / 2) folds at sqrt(2) over a denominator that is never zero.
         rational[9] = 0.5;
-        assert!(camera("FULL_OPENCV", &rational).project(&Vector3::new(3.0, 0.0, 1.0)).is_ok());
+        let error = camera("FULL_OPENCV", &rational).project(&Vector3::new(3.0, 0.0, 1.0));
+        assert_eq!(error.unwrap_err(), CameraError::ProjectionOutOfBounds);
     }
 }

@@ -131,7 +131,7 @@ impl Source for Binary<'_> {
 
     fn model(&mut self) -> Result<&'static Model, Fault> {
         let id = i32::from_le_bytes(self.take("camera model")?);
-        Model::with_colmap_id(id).map_err(|error| self.fault(Why::Camera(error)))
+        Model::with_colmap_id(id).map_err(|error| self.fault(Why::Camera(error.into())))
     }
 
     fn param_count(&mut self, model: &Model) -> usize {

@@ -35,7 +35,7 @@ impl Records for Cameras {
 fn camera(source: &mut impl Source) -> Result<Camera, Fault> {
     let model = source.model()?;
     let model_at = source.mark();
-    let not_a_camera = |error| Fault::new(model_at, Why::Camera(error));
+    let not_a_camera = |error: CameraError| Fault::new(model_at, Why::Camera(error.into()));
     let (width, height) = (source.size("width")?, source.size("height")?);
     let (want, got) = (model.params.len(), source.param_count(model));
     if got != want {

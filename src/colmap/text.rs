@@ -213,7 +213,7 @@ impl Source for Text<'_> {
 
     fn model(&mut self) -> Result<&'static Model, Fault> {
         let name = cut(self.token("camera model")?);
-        Model::named(&name).map_err(|error| self.fault(Why::Camera(error)))
+        Model::named(&name).map_err(|error| self.fault(Why::Camera(error.into())))
     }
 
     fn param_count(&mut self, _: &Model) -> usize {

@@ -33,7 +33,7 @@ pub enum Why {
     #[error("sensor type is `{0}`, expected CAMERA (in binary 0) or IMU (1)")]
     SensorKind(String),
     #[error("{0}")]
-    Camera(CameraError),
+    Camera(Box<CameraError>),
     #[error("the {0} is not valid UTF-8")]
     NotUtf8(&'static str),
     #[error("the {0} has no end")]
