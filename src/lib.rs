@@ -10,6 +10,7 @@
 pub mod camera;
 pub mod cli;
 pub mod colmap;
+pub mod convert;
 pub mod least_squares;
 pub mod report;
 pub mod scene;

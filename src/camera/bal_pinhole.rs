@@ -3,6 +3,8 @@
 //! u = -x / z, v = -y / z, s = 1 + k1 r2 + k2 r2^2, r2 = u^2 + v^2
 //! px = fx s u + cx, py = fy s v + cy; y points up
 
+use std::f64::consts::FRAC_PI_2;
+
 use nalgebra::{Vector2, Vector3};
 
 use super::lens;
@@ -12,6 +14,7 @@ use super::{BalPinhole, CameraModel, Linearized, Param};
 impl CameraModel<6> for BalPinhole {
     const NAME: &str = "BAL_PINHOLE";
     const COLMAP_ID: Option<i32> = None;
+    const WIDEST_ANGLE: f64 = FRAC_PI_2;
     const PARAMS: [Param; 6] = [
         focal("fx"),
         focal("fy"),

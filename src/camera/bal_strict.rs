@@ -5,6 +5,8 @@
 //!
 //! S. Agarwal, N. Snavely, S. Seitz, R. Szeliski, Bundle Adjustment in the Large, ECCV 2010.
 
+use std::f64::consts::FRAC_PI_2;
+
 use nalgebra::{SMatrix, Vector2, Vector3};
 
 use super::lens;
@@ -14,6 +16,7 @@ use super::{BalStrict, CameraModel, Linearized, Param};
 impl CameraModel<3> for BalStrict {
     const NAME: &str = "BAL_STRICT";
     const COLMAP_ID: Option<i32> = None;
+    const WIDEST_ANGLE: f64 = FRAC_PI_2;
     const PARAMS: [Param; 3] = [focal("f"), polynomial("k1"), polynomial("k2")];
     const EXAMPLES: &[[f64; 3]] = &[[500.0, -0.1, 0.02], [700.0, 0.1, -0.08]];
 

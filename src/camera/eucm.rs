@@ -20,7 +20,7 @@ impl CameraModel<6> for Eucm {
         principal_point("cx"),
         principal_point("cy"),
         extra("alpha").within(0.0, 1.0),
-        extra("beta").positive(),
+        extra("beta").neutral_at(1.0).positive(),
     ];
     const EXAMPLES: &[[f64; 6]] = &[
         [500.0, 490.0, 320.0, 240.0, 0.6, 1.1],

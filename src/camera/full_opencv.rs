@@ -8,6 +8,8 @@
 //!
 //! OpenCV, Camera Calibration and 3D Reconstruction.
 
+use std::f64::consts::FRAC_PI_2;
+
 use nalgebra::{Matrix2, SMatrix, Vector2, Vector3};
 
 use super::lens::{self, Bent, ENDLESS};
@@ -18,6 +20,7 @@ use super::{CameraModel, FullOpenCv, Linearized, Param};
 impl CameraModel<12> for FullOpenCv {
     const NAME: &str = "FULL_OPENCV";
     const COLMAP_ID: Option<i32> = Some(6);
+    const WIDEST_ANGLE: f64 = FRAC_PI_2;
     const PARAMS: [Param; 12] = [
         focal("fx"),
         focal("fy"),

@@ -5,6 +5,7 @@
 mod batch;
 mod error;
 mod estimate;
+mod field_of_view;
 mod grid;
 pub mod laws;
 mod lens;
@@ -16,11 +17,14 @@ mod testing;
 mod valid_set;
 mod validity;
 
+use std::f64::consts::PI;
+
 use nalgebra::{Vector2, Vector3};
 
 pub use batch::LinearizedSlices;
 pub use error::{CameraError, ModelName};
 pub use estimate::Pair;
+pub use field_of_view::FieldOfView;
 pub use grid::Grid;
 pub use lens::Linearized;
 pub use param::{Param, ParamClass};
@@ -35,6 +39,8 @@ pub trait CameraModel<const N: usize>: Sized {
     const COLMAP_ID: Option<i32>;
     /// Its parameters, in file order.
     const PARAMS: [Param; N];
+    /// No parameters let it see as far as this from the optical axis, in radians.
+    const WIDEST_ANGLE: f64 = PI;
     /// Parameters of real and of hard lenses, on which the laws are tested.
     const EXAMPLES: &[[f64; N]];
 
@@ -85,6 +91,8 @@ pub struct Model {
     pub colmap_id: Option<i32>,
     /// Its parameters, in file order.
     pub params: &'static [Param],
+    /// No parameters let it see as far as this from the optical axis, in radians.
+    pub widest_angle: f64,
     build: fn(&[f64]) -> Option<Intrinsics>,
 }
 
@@ -101,6 +109,7 @@ macro_rules! models {
                     name: $Model::NAME,
                     colmap_id: $Model::COLMAP_ID,
                     params: &$Model::PARAMS,
+                    widest_angle: $Model::WIDEST_ANGLE,
                     build: |params| Some(Intrinsics::$Model(params.try_into().ok()?)),
                 };
             }
@@ -115,7 +124,7 @@ macro_rules! models {
 
         /// Every example of every model.
         #[cfg(test)]
-        fn examples() -> Vec<Intrinsics> {
+        pub(crate) fn examples() -> Vec<Intrinsics> {
             let mut all = Vec::new();
             $(all.extend($Model::EXAMPLES.iter().map(|params| Intrinsics::$Model(*params)));)+
             all

@@ -8,6 +8,8 @@
 //!
 //! D. C. Brown, Close-Range Camera Calibration, 1971.
 
+use std::f64::consts::FRAC_PI_2;
+
 use nalgebra::{Vector2, Vector3};
 
 use super::lens::{self, Bent};
@@ -17,6 +19,7 @@ use super::{CameraModel, Linearized, OpenCv, Param};
 impl CameraModel<8> for OpenCv {
     const NAME: &str = "OPENCV";
     const COLMAP_ID: Option<i32> = Some(4);
+    const WIDEST_ANGLE: f64 = FRAC_PI_2;
     const PARAMS: [Param; 8] = [
         focal("fx"),
         focal("fy"),

@@ -11,6 +11,10 @@ pub struct Param {
     pub unit: &'static str,
     /// A dimensionless polynomial coefficient, which a real lens keeps within [-1, 1].
     pub is_small: bool,
+    /// The name that most models have for what this parameter does; its own, unless it goes by another here.
+    pub shared_name: &'static str,
+    /// The value at which it does nothing.
+    pub neutral: f64,
     /// The least and the greatest value for which the formula is a lens; files may hold others.
     pub range: [f64; 2],
 }
@@ -31,12 +35,22 @@ pub enum ParamClass {
 impl Param {
     const fn new(name: &'static str, class: ParamClass, unit: &'static str) -> Self {
         let range = [f64::NEG_INFINITY, f64::INFINITY];
-        Self { name, class, unit, is_small: false, range }
+        Self { name, class, unit, is_small: false, shared_name: name, neutral: 0.0, range }
     }
 
     /// The same in another unit than its kind has.
     pub(super) const fn in_unit(self, unit: &'static str) -> Self {
         Self { unit, ..self }
+    }
+
+    /// The same, which most models call otherwise.
+    pub(super) const fn known_as(self, shared_name: &'static str) -> Self {
+        Self { shared_name, ..self }
+    }
+
+    /// The same, without effect at this value instead of at zero.
+    pub(super) const fn neutral_at(self, neutral: f64) -> Self {
+        Self { neutral, ..self }
     }
 
     /// The same, a lens only for values from `min` to `max`.

@@ -14,6 +14,7 @@ use super::{CameraModel, Linearized, Param, Pinhole};
 impl CameraModel<4> for Pinhole {
     const NAME: &str = "PINHOLE";
     const COLMAP_ID: Option<i32> = Some(1);
+    const WIDEST_ANGLE: f64 = FRAC_PI_2;
     const PARAMS: [Param; 4] =
         [focal("fx"), focal("fy"), principal_point("cx"), principal_point("cy")];
     const EXAMPLES: &[[f64; 4]] = &[[500.0, 490.0, 320.0, 240.0], [1200.5, 800.0, 500.0, 700.0]];

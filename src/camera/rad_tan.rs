@@ -5,6 +5,8 @@
 //! px = fx (s u + 2 p1 u v + p2 (r2 + 2 u^2)) + cx
 //! py = fy (s v + 2 p2 u v + p1 (r2 + 2 v^2)) + cy
 
+use std::f64::consts::FRAC_PI_2;
+
 use nalgebra::{Vector2, Vector3};
 
 use super::lens::{self, Bent};
@@ -14,6 +16,7 @@ use super::{CameraModel, Linearized, Param, RadTan};
 impl CameraModel<9> for RadTan {
     const NAME: &str = "RADTAN";
     const COLMAP_ID: Option<i32> = None;
+    const WIDEST_ANGLE: f64 = FRAC_PI_2;
     const PARAMS: [Param; 9] = [
         focal("fx"),
         focal("fy"),

@@ -3,6 +3,8 @@
 //! u = x / z, v = y / z, r2 = u^2 + v^2
 //! s = 1 + k1 r2 + k2 r2^2,  px = f s u + cx, py = f s v + cy
 
+use std::f64::consts::FRAC_PI_2;
+
 use nalgebra::{Vector2, Vector3};
 
 use super::lens::{self, Bent};
@@ -12,6 +14,7 @@ use super::{CameraModel, Linearized, Param, Radial};
 impl CameraModel<5> for Radial {
     const NAME: &str = "RADIAL";
     const COLMAP_ID: Option<i32> = Some(3);
+    const WIDEST_ANGLE: f64 = FRAC_PI_2;
     const PARAMS: [Param; 5] = [
         focal("f"),
         principal_point("cx"),

@@ -14,6 +14,7 @@ use super::{CameraModel, Linearized, Param, SimplePinhole};
 impl CameraModel<3> for SimplePinhole {
     const NAME: &str = "SIMPLE_PINHOLE";
     const COLMAP_ID: Option<i32> = Some(0);
+    const WIDEST_ANGLE: f64 = FRAC_PI_2;
     const PARAMS: [Param; 3] = [focal("f"), principal_point("cx"), principal_point("cy")];
     const EXAMPLES: &[[f64; 3]] = &[[500.0, 320.0, 240.0], [1200.5, 500.0, 700.0]];
 

@@ -3,6 +3,8 @@
 //! u = x / z, v = y / z, r2 = u^2 + v^2
 //! px = f u (1 + k r2) + cx, py = f v (1 + k r2) + cy
 
+use std::f64::consts::FRAC_PI_2;
+
 use nalgebra::{Vector2, Vector3};
 
 use super::lens::{self, Bent};
@@ -12,8 +14,9 @@ use super::{CameraModel, Linearized, Param, SimpleRadial};
 impl CameraModel<4> for SimpleRadial {
     const NAME: &str = "SIMPLE_RADIAL";
     const COLMAP_ID: Option<i32> = Some(2);
+    const WIDEST_ANGLE: f64 = FRAC_PI_2;
     const PARAMS: [Param; 4] =
-        [focal("f"), principal_point("cx"), principal_point("cy"), polynomial("k")];
+        [focal("f"), principal_point("cx"), principal_point("cy"), polynomial("k").known_as("k1")];
     const EXAMPLES: &[[f64; 4]] = &[
         [500.0, 320.0, 240.0, -0.1],
         [1011.91, 640.0, 480.0, -0.241569],

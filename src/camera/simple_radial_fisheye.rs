@@ -13,7 +13,7 @@ impl CameraModel<4> for SimpleRadialFisheye {
     const NAME: &str = "SIMPLE_RADIAL_FISHEYE";
     const COLMAP_ID: Option<i32> = Some(8);
     const PARAMS: [Param; 4] =
-        [focal("f"), principal_point("cx"), principal_point("cy"), polynomial("k")];
+        [focal("f"), principal_point("cx"), principal_point("cy"), polynomial("k").known_as("k1")];
     const EXAMPLES: &[[f64; 4]] = &[
         [427.761, 512.0, 512.0, -0.0768701],
         [419.312, 512.0, 512.0, -0.0677735],

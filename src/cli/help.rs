@@ -18,6 +18,10 @@ Examples:
       the same, and a report in files
   calibstab analyze 'data/*/*/sparse' --group-by '{session}/{run}/sparse'
       groups named by a part of the path
+  calibstab inspect run/sparse/0
+      what its cameras see: field of view, folds, pixels without a ray
+  calibstab convert run/sparse/0 --to EUCM --out cameras_eucm.txt
+      its cameras in another model, with the error in px
   calibstab copy run/sparse/0 run/text --text
       a binary model as text
 

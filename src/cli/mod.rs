@@ -1,11 +1,14 @@
 //! The command line: arguments, progress, printing, exit codes; one file a subcommand.
 
 mod analyze;
+mod convert;
 mod copy;
 mod failure;
 mod grouping;
 mod help;
 mod inputs;
+mod inspect;
+mod models;
 mod output;
 
 use std::io::Write;
@@ -37,6 +40,9 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     Analyze(analyze::Analyze),
+    Inspect(inspect::Inspect),
+    Convert(convert::Convert),
+    Models(models::Models),
     Copy(copy::Copy),
     Schema(help::Schema),
     Completions(help::Completions),
@@ -66,6 +72,9 @@ impl Cli {
             .map_err(|error| Failure::Input(error.to_string()))?;
         match self.command {
             Command::Analyze(command) => command.run(out, self.quiet),
+            Command::Inspect(command) => command.run(out),
+            Command::Convert(command) => command.run(out, self.quiet),
+            Command::Models(command) => command.run(out),
             Command::Copy(command) => command.run(self.quiet),
             Command::Schema(command) => command.run(out),
             Command::Completions(command) => command.run(out),

@@ -37,7 +37,7 @@ pub use find::find;
 pub use points::ReadPoint;
 pub use why::Why;
 pub(crate) use write::Staged;
-pub use write::{WriteError, Written, encode, write};
+pub use write::{WriteError, Written, encode, write, write_cameras};
 
 use crate::scene::Scene;
 

@@ -11,6 +11,7 @@ mod sink;
 mod staged;
 mod text;
 
+use std::collections::BTreeMap;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
@@ -19,7 +20,7 @@ pub(crate) use staged::Staged;
 
 use super::Form;
 use super::files::KINDS;
-use crate::scene::Scene;
+use crate::scene::{Camera, CameraId, Scene};
 use binary::Binary;
 use records::Records;
 use sink::Sink;
@@ -67,6 +68,35 @@ pub fn write(scene: &Scene, folder: &Path, form: Form) -> Result<Written, WriteE
             .and_then(|mut out| part.write(form, &mut out))
             .map_err(|source| WriteError::File { file, source })?;
     }
+    let files = staged.publish().map_err(|(file, source)| WriteError::File { file, source })?;
+    Ok(Written { files, remarks })
+}
+
+/// Writes cameras alone, into a file of any name.
+///
+/// ```
+/// use calibstab::colmap::{Form, read, write_cameras};
+///
+/// # let folder = tempfile::tempdir()?;
+/// # let folder = folder.path();
+/// std::fs::write(folder.join("cameras.txt"), "1 SIMPLE_RADIAL 640 480 500 320 240 -0.1")?;
+/// let scene = read(folder)?;
+/// write_cameras(&scene.cameras, &folder.join("mine.bin"), Form::Binary)?;
+/// assert_eq!(read(&folder.join("mine.bin"))?, scene);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn write_cameras(
+    cameras: &BTreeMap<CameraId, Camera>,
+    file: &Path,
+    form: Form,
+) -> Result<Written, WriteError> {
+    let scene = Scene { cameras: cameras.clone(), geometry: None };
+    let remarks = check::check(&scene, form)?;
+    let mut staged = Staged::default();
+    staged
+        .create(file)
+        .and_then(|mut out| Part::write(cameras, form, &mut out))
+        .map_err(|source| WriteError::File { file: file.to_owned(), source })?;
     let files = staged.publish().map_err(|(file, source)| WriteError::File { file, source })?;
     Ok(Written { files, remarks })
 }
