@@ -6,7 +6,9 @@ mod failure;
 mod grouping;
 mod help;
 mod inputs;
+mod model;
 mod output;
+mod synth;
 
 use std::io::Write;
 use std::process::ExitCode;
@@ -38,6 +40,7 @@ struct Cli {
 enum Command {
     Analyze(analyze::Analyze),
     Copy(copy::Copy),
+    Synth(synth::Synth),
     Schema(help::Schema),
     Completions(help::Completions),
     Man(help::Man),
@@ -67,6 +70,7 @@ impl Cli {
         match self.command {
             Command::Analyze(command) => command.run(out, self.quiet),
             Command::Copy(command) => command.run(self.quiet),
+            Command::Synth(command) => command.run(self.quiet),
             Command::Schema(command) => command.run(out),
             Command::Completions(command) => command.run(out),
             Command::Man(command) => command.run(out),
