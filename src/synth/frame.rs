@@ -34,7 +34,7 @@ impl Frame {
     /// The pixel at this share of width and height.
     #[cfg(test)]
     pub fn at(&self, share: [f64; 2]) -> Vector2<f64> {
-        self.first + (self.last - self.first).component_mul(&share.into())
+        self.first + (self.last - self.first).component_mul(&Vector2::from(share))
     }
 
     /// The direction in which the camera looks: +Z, or -Z for the models of Bundle Adjustment in the Large.

@@ -82,7 +82,8 @@ mod tests {
                         .unwrap_or_else(|e| panic!("{}: {e}", model.name))
                 };
                 let (ray, of_large) = (ray(&small), ray(&large));
-                assert!((ray - of_large).norm() < 1e-3, "{}: {ray} {of_large}", model.name);
+                // Lengths are rounded to 0.1 px: an F-Theta lens takes 0.05 px 2^4 times, at a radius of some 300 px.
+                assert!((ray - of_large).norm() < 5e-3, "{}: {ray} {of_large}", model.name);
                 widest = widest.max(ray.angle(&Frame::axis(&small.intrinsics)).to_degrees());
             }
             assert!((35.0..180.0).contains(&widest), "{}: {widest}", model.name);

@@ -118,20 +118,22 @@ pub fn placed(rotation: UnitQuaternion<f64>, centre: Vector3<f64>) -> Isometry3<
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::Point3;
+
     use super::super::random::Purpose;
     use super::*;
 
     #[test]
     fn a_camera_sees_what_it_looks_at_on_its_axis_and_down_below_it() {
         let (centre, direction) = (Vector3::new(1.0, -2.0, 3.0), Vector3::new(-2.0, 1.0, 0.5));
-        let pose = look(centre, direction, 0.0);
-        let seen = pose * (centre + direction).into();
-        assert!((seen.coords - Vector3::new(0.0, 0.0, direction.norm())).norm() < 1e-14, "{seen}");
-        let below = pose * (centre + direction + Vector3::y()).into();
+        let seen =
+            |roll, point| look(centre, direction, roll).transform_point(&Point3::from(point));
+        let ahead = seen(0.0, centre + direction).coords;
+        assert!((ahead - Vector3::new(0.0, 0.0, direction.norm())).norm() < 1e-14, "{ahead}");
+        let below = seen(0.0, centre + direction + Vector3::y());
         assert!(below.x.abs() < 1e-14 && below.y > 0.5, "{below}");
-        // Rolled by a quarter turn, x has become y.
-        let rolled =
-            look(centre, direction, FRAC_PI_2) * (centre + direction + Vector3::y()).into();
+        // Rolled by a quarter turn, y has become -x.
+        let rolled = seen(FRAC_PI_2, centre + direction + Vector3::y());
         assert!((rolled.x + below.y).abs() < 1e-14 && rolled.y.abs() < 1e-14, "{rolled}");
     }
 
