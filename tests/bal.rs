@@ -104,7 +104,7 @@ fn copy_reads_a_problem_and_says_that_colmap_will_not_read_its_cameras() {
 
 #[test]
 fn a_scene_that_the_format_cannot_hold_is_refused() {
-    let mut options = synth::Options { image_count: 4, point_count: 200, ..Default::default() };
+    let mut options = synth::Options { image_count: 4, point_count: 2000, ..Default::default() };
     let run = |options: &synth::Options| synth::make(options).unwrap().run;
     assert_eq!(bal::encode(&run(&options)), Err(bal::WriteError::Rigs));
     let without_rigs = |mut scene: Scene| {

@@ -248,7 +248,8 @@ mod tests {
         let lens = Intrinsics::BalStrict([400.0, 0.0, 0.0]);
         let camera = Camera { intrinsics: lens, width: 10, height: 80 };
         assert_eq!(scene.cameras[&CameraId(2)], camera);
-        assert_eq!(geometry.images[&ImageId(2)].cam_from_world.translation, [1.0, 2.0, 3.0]);
+        let translation = geometry.images[&ImageId(2)].cam_from_world.translation;
+        assert_eq!(translation.map(f64::to_bits), [1.0_f64, 2.0, 3.0].map(f64::to_bits));
         assert_eq!(geometry.images[&ImageId(2)].keypoints.len(), 2);
         let tracks: Vec<Vec<TrackElement>> =
             geometry.points.iter().map(|point| point.track.collect()).collect();

@@ -103,8 +103,8 @@ impl Synth {
             let made = synth::make(&self.options(&cameras, run));
             let Synthetic { truth, run, remarks } =
                 made.map_err(|error| Failure::Input(error.to_string()))?;
-            write(&truth, &folder.join("truth"), form)?;
             let of_form = write(&run, folder, form)?;
+            write(&truth, &folder.join("truth"), form)?;
             for remark in remarks.iter().chain(&of_form) {
                 writeln!(talk, "remark: {}: {remark}", folder.display())?;
             }
