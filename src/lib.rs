@@ -7,6 +7,7 @@
 //! Each arrow is a function from plain data to plain data. The library never prints, exits, or panics on input; `cli` does
 //! the first two.
 
+pub mod bal;
 pub mod camera;
 pub mod cli;
 pub mod colmap;
@@ -16,3 +17,4 @@ pub mod report;
 pub mod scene;
 pub mod stability;
 pub mod stats;
+pub mod synth;

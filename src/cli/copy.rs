@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::failure::Failure;
+use super::model;
 use crate::colmap::{self, Form};
 
 /// Write a model anew, as text or binary, with every number as it was
@@ -14,7 +15,7 @@ use crate::colmap::{self, Form};
 /// errors, cameras that took no image, keypoints that belong to no point.
 #[derive(Args)]
 pub(super) struct Copy {
-    /// A cameras file, a model folder, or a run folder with sparse or sparse/0
+    /// A cameras file, a model folder, a run folder with sparse or sparse/0, or a Bundle Adjustment in the Large problem
     model: PathBuf,
 
     /// The folder to write into; files of the same names are replaced
@@ -33,12 +34,11 @@ pub(super) struct Copy {
 impl Copy {
     pub(super) fn run(&self, quiet: bool) -> Result<(), Failure> {
         let form = if self.binary { Form::Binary } else { Form::Text };
-        let failed = |error: &dyn std::error::Error| Failure::Input(error.to_string());
-        let model = colmap::find_one(&self.model).map_err(|error| failed(&error))?;
-        let scene = model.read().map_err(|error| failed(&error))?;
-        let written = colmap::write(&scene, &self.out, form).map_err(|error| failed(&error))?;
+        let (scene, remarks) = model::read(&self.model)?;
+        let written = colmap::write(&scene, &self.out, form)
+            .map_err(|error| Failure::Input(error.to_string()))?;
         let mut talk = anstream::stderr();
-        for remark in model.remarks.iter().chain(&written.remarks) {
+        for remark in remarks.iter().chain(&written.remarks) {
             writeln!(talk, "remark: {remark}")?;
         }
         if !quiet {

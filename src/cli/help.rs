@@ -24,6 +24,8 @@ Examples:
       its cameras in another model, with the error in px
   calibstab copy run/sparse/0 run/text --text
       a binary model as text
+  calibstab synth --repeats 6 --out room && calibstab analyze room
+      six reconstructions of a synthetic room, each with its truth beside it, to try things on
 
 Exit codes: 0 fine; 2 bad usage or input. Results go to stdout, all else to stderr.";
 

@@ -8,8 +8,10 @@ mod grouping;
 mod help;
 mod inputs;
 mod inspect;
+mod model;
 mod models;
 mod output;
+mod synth;
 
 use std::io::Write;
 use std::process::ExitCode;
@@ -44,6 +46,7 @@ enum Command {
     Convert(convert::Convert),
     Models(models::Models),
     Copy(copy::Copy),
+    Synth(synth::Synth),
     Schema(help::Schema),
     Completions(help::Completions),
     Man(help::Man),
@@ -76,6 +79,7 @@ impl Cli {
             Command::Convert(command) => command.run(out, self.quiet),
             Command::Models(command) => command.run(out),
             Command::Copy(command) => command.run(self.quiet),
+            Command::Synth(command) => command.run(self.quiet),
             Command::Schema(command) => command.run(out),
             Command::Completions(command) => command.run(out),
             Command::Man(command) => command.run(out),
