@@ -219,11 +219,16 @@ def identical(out):
 
 
 def lenses(out):
-    """Every camera model of COLMAP, three times, all of its parameters a little off; its width and height are what they are."""
+    """Every camera model of COLMAP, three times, all of its parameters a little off; its width and height are what they are.
+    The last camera folds inside its image."""
     first = {name: params for name, params, _ in reversed(CAMERAS)}
+    # These see beyond 90 degrees, which pycolmap does not: with a longer lens, the corners of the image do not.
+    for name in ("DIVISION", "THIN_PRISM_FISHEYE"):
+        first[name] = [1.4 * focal for focal in first[name][:2]] + first[name][2:]
+    cameras = [*sorted(first.items()), ("SIMPLE_RADIAL", [1011.91, 640, 480, -0.27])]
     for run, off in (("run1", -1.0), ("run2", 0.25), ("run3", 1.5)):
         rows = []
-        for camera_id, (name, params) in enumerate(sorted(first.items()), 1):
+        for camera_id, (name, params) in enumerate(cameras, 1):
             camera = pycolmap.Camera(camera_id=1, model=name, width=100, height=100, params=params)
             kept = camera.metadata_params_idxs()
             moved = [v if i in kept else v * (1 + off * (3 + i) / 1000) for i, v in enumerate(params)]
