@@ -109,7 +109,9 @@ impl Match {
 
 type CsvTable = fn(&Analysis) -> csv::Result<Vec<u8>>;
 
-const CSV_TABLES: [(&str, CsvTable); 3] = [
+const CSV_TABLES: [(&str, CsvTable); 5] = [
+    ("comparisons.csv", report::comparisons_csv),
+    ("components.csv", report::components_csv),
     ("runs.csv", report::runs_csv),
     ("samples.csv", report::samples_csv),
     ("statistics.csv", report::statistics_csv),

@@ -2,16 +2,20 @@
 //!
 //! Draws and never computes: every number shown stands in the analysis.
 
+mod between;
+mod between_csv;
 mod csv;
 mod json;
 mod markdown;
 mod number;
 pub mod plot;
+mod run_rows;
 mod sections;
 mod side_by_side;
 mod table;
 mod terminal;
 
+pub use between_csv::{comparisons_csv, components_csv};
 pub use csv::{runs_csv, samples_csv, statistics_csv};
 pub use json::{analysis_json, schema_json};
 pub use markdown::markdown;

@@ -3,6 +3,8 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use super::{Comparison, Components};
+
 /// The version of the shape below; grows when a reader of older files would go wrong.
 pub const SCHEMA_VERSION: u32 = 1;
 
@@ -19,6 +21,10 @@ pub struct Analysis {
     pub skipped: Vec<Skipped>,
     /// Every camera of every group, by camera, model, image size and group.
     pub populations: Vec<Population>,
+    /// Every camera that several groups have: which group is the more stable, and whether the runs can tell.
+    pub comparisons: Vec<Comparison>,
+    /// Every camera that several groups have under one model: how much of its variance comes from the groups.
+    pub components: Vec<Components>,
     /// What a reader must know before believing the numbers.
     pub findings: Vec<Finding>,
 }

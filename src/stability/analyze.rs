@@ -2,9 +2,11 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::between::{SameCamera, comparisons};
+use super::components::components;
 use super::identity::{DecidedBy, MatchError, match_cameras};
 use super::image_effect::fill_std_px;
-use super::physical::{CameraOfGroup, labels, physical_cameras};
+use super::physical::{CameraOfGroup, labels, physical_cameras, with_sharers};
 use super::remarks;
 use super::run::CameraInRun;
 use super::screen::{Screened, image_count, screen};
@@ -37,7 +39,7 @@ pub fn analyze(
         .chunk_by(|a, b| a.group == b.group)
         .map(|runs| Group::new(runs, &options))
         .collect::<Result<Vec<_>, _>>()?;
-    let populations = populations(&groups);
+    let (populations, same_cameras) = populations(&groups);
     let mut findings: Vec<Finding> = groups.iter().flat_map(Group::findings).collect();
     findings.extend(remarks::skipped(&skipped));
     findings.extend(remarks::populations(&populations));
@@ -47,6 +49,8 @@ pub fn analyze(
         provenance: Provenance { calibstab_version: env!("CARGO_PKG_VERSION").to_owned(), options },
         runs: groups.iter().flat_map(Group::records).collect(),
         skipped,
+        comparisons: comparisons(&populations, &same_cameras),
+        components: components(&populations),
         populations,
         findings,
     })
@@ -132,7 +136,8 @@ impl<'a> Group<'a> {
     }
 }
 
-fn populations(groups: &[Group]) -> Vec<Population> {
+/// The populations, and which of them are calibrations of one camera.
+fn populations(groups: &[Group]) -> (Vec<Population>, Vec<SameCamera>) {
     let mut cameras: Vec<(usize, Vec<&CameraInRun>)> = Vec::new();
     for (index, group) in groups.iter().enumerate() {
         cameras.extend(group.by_class().into_values().map(|cameras| (index, cameras)));
@@ -148,17 +153,28 @@ fn populations(groups: &[Group]) -> Vec<Population> {
                 .collect(),
         })
         .collect();
-    let labels = labels(&of_group, &physical_cameras(&of_group));
+    let classes = physical_cameras(&of_group);
+    let labels = labels(&of_group, &classes);
+    let name = |camera: usize| {
+        (groups[of_group[camera].group].runs[0].group.clone(), labels[camera].clone())
+    };
+    let same_cameras = with_sharers(&of_group, &classes)
+        .into_iter()
+        .map(|(class, members)| SameCamera {
+            camera: labels[class].clone(),
+            members: members.into_iter().map(name).collect(),
+        })
+        .collect();
     let mut populations: Vec<Population> = Vec::new();
-    for ((group, cameras), label) in cameras.iter().zip(labels) {
-        populations.extend(populations_of_camera(&groups[*group], cameras, &label));
+    for ((group, cameras), label) in cameras.iter().zip(&labels) {
+        populations.extend(populations_of_camera(&groups[*group], cameras, label));
     }
     populations.sort_by(|a, b| {
         natord::compare(&a.camera, &b.camera)
             .then((&a.model, a.width, a.height).cmp(&(&b.model, b.width, b.height)))
             .then(natord::compare(&a.group, &b.group))
     });
-    populations
+    (populations, same_cameras)
 }
 
 /// One camera of one group: a population for each model and image size that its runs gave it.

@@ -4,6 +4,9 @@
 
 mod analysis;
 mod analyze;
+mod between;
+mod components;
+mod deviations;
 mod identity;
 mod image_effect;
 mod names;
@@ -18,5 +21,7 @@ mod testing;
 
 pub use analysis::*;
 pub use analyze::analyze;
+pub use between::{Comparison, PairTest, ParameterTest, RankedGroup, TestMethod};
+pub use components::{Components, ImageComponents, ParameterComponents, VarianceComponents};
 pub use identity::MatchError;
 pub use run::Run;

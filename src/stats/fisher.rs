@@ -35,8 +35,9 @@ fn critical_above_median(tail: f64, [above, below]: [f64; 2]) -> Option<f64> {
         let f = ln_f.exp();
         let q = upper_tail(f, [above, below])?;
         // f times the density, from Abramowitz and Stegun 26.6.1
-        let x = above * f / (above * f + below);
-        let slope = (above / 2.0 * x.ln() + below / 2.0 * (1.0 - x).ln() - ln_beta).exp() / q;
+        let sum = above * f + below;
+        let [x, rest] = [above * f / sum, below / sum];
+        let slope = (above / 2.0 * x.ln() + below / 2.0 * rest.ln() - ln_beta).exp() / q;
         let step = (q / tail).ln() / slope;
         ln_f += step;
         if step.abs() <= 1e-14 * ln_f.abs().max(1.0) {

@@ -159,9 +159,10 @@ mod tests {
     #[test]
     fn many_rows_are_counted_on_fewer_columns() {
         // Two directions of equal weight over 900 columns; 400^2 * 900 products are over the limit.
+        let quarter = std::f64::consts::FRAC_PI_2;
         let row = |i: i32| {
             let angle = f64::from(i) * std::f64::consts::TAU / 400.0;
-            let value = |c: i32| angle.cos() * wave(c, 0.0) + angle.sin() * wave(c, 1.5708);
+            let value = |c: i32| angle.cos() * wave(c, 0.0) + angle.sin() * wave(c, quarter);
             (0..900).map(value).collect()
         };
         fn wave(column: i32, phase: f64) -> f64 {

@@ -25,6 +25,8 @@ pub fn analysis(populations: Vec<Population>) -> Analysis {
         runs: Vec::new(),
         skipped: Vec::new(),
         populations,
+        comparisons: Vec::new(),
+        components: Vec::new(),
         findings: Vec::new(),
     }
 }
