@@ -195,3 +195,123 @@ fn of_image(family: &[&Population]) -> Option<ImageComponents> {
     let rows = seen.rows.into_iter().filter(|group| !group.is_empty()).collect();
     Some(ImageComponents { image_share: seen.image_share, components: (n, one_way(rows)?).into() })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::{run, simple_radial};
+    use super::super::{Analysis, Options, Run, analyze};
+    use super::*;
+
+    fn analysis(runs: Vec<Run>) -> Analysis {
+        analyze(runs, vec![], Options::default()).unwrap()
+    }
+
+    /// Runs of one SIMPLE_PINHOLE camera, principal point free.
+    fn pinholes(group: &str, values: &[[f64; 3]]) -> Vec<Run> {
+        let named = (1..).zip(values);
+        let run = |(i, values): (i32, &[f64; 3])| {
+            run(group, &format!("run{i}"), &[(1, "SIMPLE_PINHOLE", values)])
+        };
+        named.map(run).collect()
+    }
+
+    /// Six repeats that vary by an RMS of about a pixel, moved as a whole.
+    fn repeats(group: &str, df: f64, dx: f64) -> Vec<Run> {
+        let noise = [
+            [-1.0, 0.5, 0.3],
+            [0.5, -1.2, 0.9],
+            [1.5, 0.8, -1.05],
+            [-0.65, -0.55, 0.2],
+            [0.4, 1.1, 0.8],
+            [-0.75, -0.65, -1.15],
+        ];
+        let moved = noise.map(|[f, x, y]| [1000.0 + df + f, 640.5 + dx + x, 480.5 + y]);
+        pinholes(group, &moved)
+    }
+
+    fn found<'a>(components: &'a Components, name: &str) -> &'a VarianceComponents {
+        &components.parameters.iter().find(|one| one.parameter == name).unwrap().components
+    }
+
+    #[test]
+    fn a_shift_of_a_group_is_found_in_the_parameter_and_in_pixels() {
+        let runs = ["a", "b", "c"].iter().zip([0.0, 30.0, -30.0]);
+        let analysis = analysis(runs.flat_map(|(group, dx)| repeats(group, 0.0, dx)).collect());
+        let [components] = &analysis.components[..] else { panic!("one camera") };
+        assert_eq!(components.groups, ["a", "b", "c"]);
+        // Means 0 and +-30 have a std of 30; that of repeats takes a little away.
+        let cx = found(components, "cx");
+        let repeatability = cx.repeatability_std;
+        assert!((cx.between_std.powi(2) - (900.0 - repeatability.powi(2) / 6.0)).abs() < 1e-9);
+        assert!(cx.p < 1e-6 && cx.between_interval_95[0] > 10.0);
+        // cy was not moved: its groups are closer together than repeats allow.
+        let cy = found(components, "cy");
+        assert!(cy.between_std <= 0.0 && cy.between_variance < 0.0 && cy.p > 0.99);
+        assert!((cy.reproducibility_std - cy.repeatability_std).abs() < 1e-12);
+        assert!((cx.reproducibility_limit - 2.8 * cx.reproducibility_std).abs() < 1e-12);
+        // A moved principal point moves every pixel by as much.
+        let image = &components.image.as_ref().unwrap().components;
+        assert!((image.between_std - 30.0).abs() < 0.1, "{}", image.between_std);
+        assert!(image.p < 1e-6);
+        let sum = cx.repeatability_std.hypot(cy.repeatability_std);
+        assert!(image.repeatability_std > sum, "the focal length adds to {sum}");
+    }
+
+    #[test]
+    fn equal_groups_have_nothing_between() {
+        // A group is not a copy of another: the runs come in another order, and each moved a little.
+        let analysis = analysis([repeats("a", 0.0, 0.0), repeats("b", 1e-6, 1e-6)].concat());
+        let components = &analysis.components[0];
+        let image = &components.image.as_ref().unwrap().components;
+        for found in components.parameters.iter().map(|one| &one.components).chain([image]) {
+            assert!(found.between_std <= 0.0 && found.p > 0.99, "{found:?}");
+            assert_eq!(found.between_interval_95[0].to_bits(), 0);
+        }
+    }
+
+    #[test]
+    fn groups_are_compared_with_those_of_their_parent() {
+        let groups = ["day1/sift", "day1/disk", "day2/sift", "day2/disk", "odd"];
+        let runs = groups.iter().zip(1..);
+        let runs = runs.flat_map(|(group, i)| repeats(group, 0.1 * f64::from(i), 0.0)).collect();
+        let found: Vec<(String, Vec<String>)> =
+            analysis(runs).components.into_iter().map(|one| (one.parent, one.groups)).collect();
+        let want = |day: &str| (day.to_owned(), vec![format!("{day}/disk"), format!("{day}/sift")]);
+        assert_eq!(found, [want("day1"), want("day2")]);
+    }
+
+    #[test]
+    fn paths_are_shared_in_whole_parts() {
+        assert_eq!(shared_path("day1/a", "day1/b"), "day1");
+        assert_eq!(shared_path("day1/a", "day10/a"), "");
+        assert_eq!(shared_path("a/b/c", "a/b"), "a/b");
+        assert_eq!(shared_path("a", "a"), "a");
+    }
+
+    #[test]
+    fn names_and_order_of_groups_and_runs_change_no_bit() {
+        let [a, b] = [repeats("a", 0.0, 3.0), repeats("b", 2.0, 0.0)];
+        let mut turned: Vec<Run> = [repeats("z", 0.0, 3.0), repeats("y", 2.0, 0.0)].concat();
+        for (index, run) in turned.iter_mut().enumerate() {
+            run.name = format!("x{}", 50 - index);
+        }
+        let [one, other] = [[a, b].concat(), turned].map(|runs| analysis(runs).components);
+        let bits = |components: &[Components]| {
+            let image = &components[0].image.as_ref().unwrap().components;
+            [image, found(&components[0], "cx")].map(|found| {
+                [found.between_std, found.repeatability_std, found.between_interval_95[1], found.p]
+                    .map(f64::to_bits)
+            })
+        };
+        assert_eq!(bits(&one), bits(&other));
+    }
+
+    #[test]
+    fn a_camera_of_one_group_or_held_in_all_has_no_components() {
+        assert!(
+            analysis(simple_radial("a", &[[1000.0, 0.1], [1001.0, 0.2]])).components.is_empty()
+        );
+        let lone = [simple_radial("a", &[[1000.0, 0.1]]), simple_radial("b", &[[1001.0, 0.2]])];
+        assert!(analysis(lone.concat()).components.is_empty());
+    }
+}

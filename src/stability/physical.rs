@@ -192,11 +192,11 @@ mod tests {
             camera(0, 2, &["1_cam1.jpg", "2_cam1.jpg"]),
             camera(1, 1, &["1_cam0.jpg", "2_cam0.jpg", "1_cam1.jpg", "2_cam1.jpg"]),
             camera(2, 1, &["2_cam0.jpg", "3_cam0.jpg"]),
-            camera(3, 1, &["2_cam0.jpg"]),
+            camera(2, 2, &["2_cam1.jpg", "3_cam1.jpg"]),
         ];
         let same: Vec<Vec<usize>> =
             with_sharers(&cameras, &physical_cameras(&cameras)).into_values().collect();
-        assert_eq!(same, [vec![0, 3, 2], vec![1, 2], vec![2]]);
+        assert_eq!(same, [vec![0, 3, 2], vec![1, 4, 2], vec![2]]);
     }
 
     #[test]

@@ -4,10 +4,14 @@
 
 mod correlation;
 mod fisher;
+#[cfg(test)]
+mod levels;
 mod one_way;
 mod repeats;
 mod sorted;
 mod spread_interval;
+#[cfg(test)]
+mod testing;
 mod variance_tests;
 
 pub use correlation::pearson;

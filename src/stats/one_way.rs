@@ -159,6 +159,7 @@ fn interval_of_difference(from: MeanSquare, what: MeanSquare, weight: f64) -> Op
 
 #[cfg(test)]
 mod tests {
+    use super::super::testing::Random;
     use super::*;
 
     fn rows(groups: &[&[f64]]) -> Vec<Vec<Vec<f64>>> {
@@ -292,20 +293,6 @@ mod tests {
         assert_eq!(one_way(rows(&[&[1.0, f64::NAN], &[2.0, 3.0]])), None);
         assert_eq!(one_way(rows(&[&[1.0, 2.0], &[]])), None);
         assert_eq!(one_way(vec![]), None);
-    }
-
-    /// A generator of the least kind that will do: normal numbers by the sum of twelve of D. Lehmer's.
-    struct Random(u64);
-
-    impl Random {
-        fn uniform(&mut self) -> f64 {
-            self.0 = self.0.wrapping_mul(0xda94_2042_e4dd_58b5).wrapping_add(1);
-            (self.0 >> 33) as f64 / (1_u64 << 31) as f64
-        }
-
-        fn normal(&mut self) -> f64 {
-            (0..12).map(|_| self.uniform()).sum::<f64>() - 6.0
-        }
     }
 
     #[test]

@@ -1,6 +1,8 @@
 //! Which group's calibrations of a camera repeat better, and whether so few runs can tell.
 
 mod compare;
+#[cfg(test)]
+mod tests;
 
 pub(super) use compare::comparisons;
 
