@@ -3,6 +3,7 @@
 //! Knows nothing of images, files or scenes. Pixels follow COLMAP: the centre of the first one is (0.5, 0.5).
 
 mod error;
+mod grid;
 pub mod laws;
 mod lens;
 mod param;
@@ -11,6 +12,7 @@ mod polynomial;
 use nalgebra::{Vector2, Vector3};
 
 pub use error::{CameraError, ModelName};
+pub use grid::Grid;
 pub use lens::Linearized;
 pub use param::{Param, ParamClass};
 

@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use super::sections;
+use super::side_by_side::side_by_side;
 use super::table::escaped;
 use crate::stability::Analysis;
 
@@ -16,7 +17,7 @@ pub fn markdown(analysis: &Analysis, pictures: &[(String, String)]) -> String {
     for finding in findings {
         let _ = writeln!(out, "- {}", escaped(&finding.text));
     }
-    let tables = sections::side_by_side(analysis, None);
+    let tables = side_by_side(analysis, None);
     out.push_str("\n## Groups side by side\n");
     for table in tables {
         let _ = write!(out, "\n{}", table.markdown());

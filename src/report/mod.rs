@@ -8,6 +8,7 @@ mod markdown;
 mod number;
 pub mod plot;
 mod sections;
+mod side_by_side;
 mod table;
 mod terminal;
 

@@ -69,9 +69,19 @@ impl Cell {
 
 impl Table {
     /// Without the columns that hold nothing in any row.
-    pub(super) fn without_empty_columns(mut self) -> Self {
+    pub(super) fn without_empty_columns(self) -> Self {
         let is_empty = |column: usize| self.rows.iter().all(|row| row[column].text.is_empty());
-        let keep: Vec<bool> = (0..self.header.len()).map(|column| !is_empty(column)).collect();
+        let keep = (0..self.header.len()).map(|column| !is_empty(column)).collect();
+        self.only(keep)
+    }
+
+    /// Without the columns of these headers.
+    pub(super) fn without_columns(self, headers: &[&str]) -> Self {
+        let keep = self.header.iter().map(|header| !headers.contains(&header.as_str())).collect();
+        self.only(keep)
+    }
+
+    fn only(mut self, keep: Vec<bool>) -> Self {
         self.text_columns = keep.iter().take(self.text_columns).filter(|keep| **keep).count();
         let mut columns = keep.iter();
         self.header.retain(|_| columns.next().is_some_and(|keep| *keep));

@@ -5,6 +5,7 @@ use std::fmt::Write;
 use anstyle::Style;
 
 use super::sections;
+use super::side_by_side::side_by_side;
 use crate::stability::Analysis;
 
 /// The analysis as text with ANSI styles, its tables not wider than `width` characters where that can be.
@@ -14,15 +15,21 @@ pub fn terminal(analysis: &Analysis, width: Option<usize>) -> String {
     let title = |out: &mut String, text: &str| {
         let _ = writeln!(out, "{bold}{text}{bold:#}");
     };
-    for population in &analysis.populations {
+    let (tables, left_out) = sections::population_tables(analysis, width);
+    for (population, table) in analysis.populations.iter().zip(tables) {
         title(&mut out, &sections::population_title(population));
-        out.push_str(&sections::population_table(population).text());
+        out.push_str(&table.text());
         out.push('\n');
+    }
+    if !left_out.is_empty() {
+        let faint = Style::new().dimmed();
+        let columns = left_out.join(", ");
+        let _ = writeln!(out, "{faint}A wider terminal or --out shows {columns} too.{faint:#}\n");
     }
     let groups = analysis.populations.chunk_by(|a, b| a.group == b.group).count();
     if groups > 1 {
         title(&mut out, "Groups side by side");
-        for table in sections::side_by_side(analysis, width) {
+        for table in side_by_side(analysis, width) {
             out.push_str(&table.text());
             out.push('\n');
         }

@@ -115,6 +115,9 @@ pub struct Population {
     pub width: u64,
     /// Height of its images, in px.
     pub height: u64,
+    /// Share of the image, in cells of a grid of 60 columns, that has a ray in the mean camera: each parameter at the mean of
+    /// its statistics, or of all its values where it has none. Only a mean beyond doubles has no share.
+    pub ray_share: Option<f64>,
     /// Its parameters, in file order.
     pub parameters: Vec<Parameter>,
     /// How distortion went with the focal length across the runs.
@@ -189,6 +192,9 @@ pub struct Statistics {
     pub mean: f64,
     /// Sample standard deviation, with n - 1.
     pub std: f64,
+    /// How far one std of this parameter alone moves the image: RMS in px, to first order, at the population's mean camera,
+    /// over the cells of the whole image that have a ray there (its `ray_share`). None where none has.
+    pub std_px: Option<f64>,
     /// std / |mean|, where the mean is far from zero.
     pub relative_std: Option<f64>,
     /// 95 % confidence interval of the standard deviation (chi-square: normal samples).
@@ -261,6 +267,8 @@ pub enum FindingId {
     CameraPerImage,
     /// By which rule the cameras of different runs were matched.
     CameraMatch,
+    /// Part of the image has no ray in the mean camera of the runs.
+    NoRay,
     /// What so few runs can tell.
     FewRuns,
     /// Something about how the files were read.
@@ -281,6 +289,7 @@ impl FindingId {
             Self::MixedStates => "mixed-states",
             Self::CameraPerImage => "camera-per-image",
             Self::CameraMatch => "camera-match",
+            Self::NoRay => "no-ray",
             Self::FewRuns => "few-runs",
             Self::Reading => "reading",
         }
@@ -311,6 +320,7 @@ mod tests {
             FindingId::MixedStates,
             FindingId::CameraPerImage,
             FindingId::CameraMatch,
+            FindingId::NoRay,
             FindingId::FewRuns,
             FindingId::Reading,
         ];

@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::identity::{DecidedBy, MatchError, match_cameras};
+use super::image_effect::fill_std_px;
 use super::physical::{CameraOfGroup, labels, physical_cameras};
 use super::remarks;
 use super::run::CameraInRun;
@@ -182,13 +183,15 @@ fn populations_of_camera(group: &Group, cameras: &[&CameraInRun], label: &str) -
                 .collect();
             places.extend(lacking.iter().map(|run| (*run, None)));
             places.sort_by(|(a, _), (b, _)| natord::compare(&a.name, &b.name));
-            let parameters = parameters(model, &places);
+            let mut parameters = parameters(model, &places);
+            let ray_share = fill_std_px(model, [width, height], &mut parameters);
             Population {
                 group: group.runs[0].group.clone(),
                 camera: label.to_owned(),
                 model: model.name.to_owned(),
                 width,
                 height,
+                ray_share,
                 compensation: compensation(&parameters),
                 parameters,
             }

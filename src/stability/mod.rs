@@ -5,6 +5,7 @@
 mod analysis;
 mod analyze;
 mod identity;
+mod image_effect;
 mod names;
 mod partition;
 mod physical;

@@ -94,6 +94,7 @@ pub(super) fn populations(populations: &[Population]) -> Vec<Finding> {
     }
     for (group, populations) in &groups {
         findings.extend(missing(group, populations));
+        findings.extend(without_ray(group, populations));
         findings.extend(few_runs(group, populations));
     }
     findings.extend(mixed_cameras(populations));
@@ -105,10 +106,11 @@ fn of_camera(id: FindingId, population: &Population, runs: Vec<String>, text: St
     Finding { id, group, camera, runs, text }
 }
 
+/// A sentence that lists more cameras than this is not read.
+const LISTED: usize = 4;
+
 /// Cameras that some runs of the group lack.
 fn missing(group: &str, populations: &[&Population]) -> Option<Finding> {
-    /// A sentence that lists more cameras than this is not read.
-    const LISTED: usize = 4;
     let mut cameras: Vec<String> = Vec::new();
     let mut runs: BTreeSet<String> = BTreeSet::new();
     for population in populations {
@@ -129,6 +131,29 @@ fn missing(group: &str, populations: &[&Population]) -> Option<Finding> {
     let finding =
         Finding { runs: runs.into_iter().collect(), ..of_group(id, group, cameras.join("; ")) };
     (count > 0).then_some(finding)
+}
+
+/// Cameras whose std in px leaves a part of the image out.
+fn without_ray(group: &str, populations: &[&Population]) -> Option<Finding> {
+    let has_statistics = |one: &&&Population| one.parameters.iter().any(|p| p.statistics.is_some());
+    let mut cameras: Vec<String> = populations
+        .iter()
+        .filter(has_statistics)
+        .filter_map(|one| {
+            let left_out = one.ray_share.map(|share| 100.0 * (1.0 - share)).filter(|&p| p > 0.0)?;
+            Some(format!("{left_out:.1} % of the image of {}, {}", one.camera, one.model))
+        })
+        .collect();
+    let count = cameras.len();
+    if count > LISTED {
+        cameras.truncate(LISTED);
+        cameras.push(format!("a part of {} more", count - LISTED));
+    }
+    let text = format!(
+        "{} has no ray in the mean of the runs: std px leaves it out",
+        cameras.join(" and ")
+    );
+    (count > 0).then(|| of_group(FindingId::NoRay, group, text))
 }
 
 fn mixed_states(population: &Population) -> Vec<Finding> {

@@ -89,6 +89,7 @@ fn statistics(sample: &Sorted) -> Option<Statistics> {
         n: sample.n(),
         mean,
         std,
+        std_px: None,
         relative_std: is_far_from_zero.then(|| std / mean.abs()),
         std_interval_95: factors.map(|factor| factor * std),
         min: sample.min(),

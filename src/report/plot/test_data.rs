@@ -71,7 +71,16 @@ pub fn population(
         .filter(|entry| entry.n > 0)
         .collect();
     let [group, camera, model] = [group, camera, model].map(str::to_owned);
-    Population { group, camera, model, width: 752, height: 480, parameters, compensation }
+    Population {
+        group,
+        camera,
+        model,
+        width: 752,
+        height: 480,
+        ray_share: Some(1.0),
+        parameters,
+        compensation,
+    }
 }
 
 fn statistics(sample: &Sorted) -> Option<Statistics> {
@@ -80,6 +89,7 @@ fn statistics(sample: &Sorted) -> Option<Statistics> {
         n: sample.n(),
         mean: sample.mean(),
         std: sample.std()?,
+        std_px: Some(sample.std()? * 2.0),
         relative_std: Some(sample.std()? / sample.mean().abs()),
         std_interval_95: [0.0, 0.0],
         min: sample.min(),
