@@ -11,6 +11,12 @@ binary fractions that the doubles are. Tolerances are relative 1e-12, and 4 unit
 besides, for a mean rounds there and a deviation is a difference from one; ends of intervals 1e-9, on top of the std's own.
 numpy's results must agree as well, but only to 1e-12 of the largest sample, since cancellation costs numpy digits too.
 Samples, states, counts, hashes, names and the CSV files must be equal to the last bit.
+
+The std in px comes from the mean camera in pycolmap: rays by cam_from_img, none where img_from_cam does not lead back or the
+image folds on the way there; displacements by central differences of img_from_cam. COLMAP sees nothing beyond 90 degrees, so
+there a formula in numpy stands in for its polynomial fisheyes, which must agree with pycolmap before the camera; other models
+that have rays there are counted and skipped. The cells must be the same ones, for one more or less would change the std in px by
+1e-4 of itself; differences of fourth order leave 1e-10 of it: the tolerance is relative 1e-8.
 """
 
 import argparse
@@ -37,7 +43,7 @@ FAR_FROM_ZERO = 2  # a mean of as many std, all samples of one sign, can bear a 
 FEW_IMAGES = Fraction(6, 10)  # of the group's median
 SUBJECT = "group,camera,model,width,height,parameter,class".split(",")
 SAMPLE_COLUMNS = SUBJECT + "run,camera_id,state,value,is_outlier".split(",")
-NUMBERS = "mean,std,relative_std,std_low_95,std_high_95,min,q1,median,q3,max,mad_std,whisker_low,whisker_high".split(",")
+NUMBERS = "mean,std,std_px,relative_std,std_low_95,std_high_95,min,q1,median,q3,max,mad_std,whisker_low,whisker_high".split(",")
 STATISTICS_COLUMNS = SUBJECT + ["n", *NUMBERS, "outliers"]
 
 
@@ -47,6 +53,8 @@ class Checks:
     def __init__(self):
         self.count = 0
         self.differences = []
+        self.std_px_count = 0
+        self.skipped = Counter()  # by model: std in px that nothing here can check
 
     def equal(self, what, got, want):
         self.count += 1
@@ -193,7 +201,7 @@ def check_states(checks, name, population, index):
     values = {key: vector[index] for key, vector in vectors(population).items()}
     count = Counter(values.values())
     class_of = [p["class"] for p in population["parameters"]]
-    side = "width" if class_of.index("principal-point") == index else "height"
+    side = "height" if "principal-point" in class_of[:index] else "width"
     is_centred = parameter["class"] == "principal-point" and set(count) == {bits(population[side] / 2)}
     for s in parameter["samples"]:
         value = values.get((s["run"], s["camera_id"]))
@@ -312,6 +320,130 @@ def check_correlation(checks, name, got, x, y):
     checks.near(f"{name} by numpy", got, float(np.corrcoef(x, y)[0, 1]), 2 * tolerance)
 
 
+# The std in px.
+
+COLUMNS = 60  # of cells over the image
+STD_PX_TOLERANCE = 1e-8
+# Radial polynomials in the angle from the axis, by how many focal lengths they have.
+POLYNOMIAL_FISHEYES = {
+    "SIMPLE_FISHEYE": 1, "SIMPLE_RADIAL_FISHEYE": 1, "RADIAL_FISHEYE": 1, "FISHEYE": 2, "OPENCV_FISHEYE": 2,
+}  # fmt: skip
+# Other lenses that may see beyond 90 degrees, where pycolmap does not.
+WIDE = {"FOV", "THIN_PRISM_FISHEYE", "RAD_TAN_THIN_PRISM_FISHEYE", "SIMPLE_DIVISION", "DIVISION", "EUCM", "EQUIRECTANGULAR"}
+
+
+def cell_centres(width, height):
+    rows = min(max(math.floor(Fraction(COLUMNS * height, width) + Fraction(1, 2)), 1), 10 * COLUMNS)
+    x, y = np.meshgrid((np.arange(COLUMNS) + 0.5) * width / COLUMNS, (np.arange(rows) + 0.5) * height / rows)
+    return np.c_[x.ravel(), y.ravel()]
+
+
+def along(angle, axis):
+    """Directions at an angle from the optical axis, each across it as its axis says."""
+    return np.c_[np.sin(angle)[:, None] * axis, np.cos(angle)]
+
+
+def polynomial_fisheye(focal_count, params, rays):
+    """s = 1 + k1 theta^2 + ..., pixel = f theta s + c."""
+    focal, centre, k = np.split(np.asarray(params), [focal_count, focal_count + 2])
+    across = np.linalg.norm(rays[:, :2], axis=1)
+    theta = np.arctan2(across, rays[:, 2])
+    radius = theta * np.polynomial.polynomial.polyval(theta**2, [1, *k])
+    return focal * rays[:, :2] * (radius / across)[:, None] + centre
+
+
+def unproject_polynomial_fisheye(focal_count, params, pixels):
+    """By bisection from the axis to where the radius stops growing; NaN beyond."""
+    focal, centre, k = np.split(np.asarray(params), [focal_count, focal_count + 2])
+    radius = np.polynomial.Polynomial([1 if i == 1 else k[i // 2 - 1] if i % 2 else 0 for i in range(2 * len(k) + 2)])
+    still = [root.real for root in radius.deriv().roots() if abs(root.imag) < 1e-9 and 0 < root.real < math.pi]
+    at = (pixels - centre) / focal
+    wanted = np.linalg.norm(at, axis=1)
+    low, high = np.zeros(len(at)), np.full(len(at), min(still, default=math.pi))
+    beyond = radius(high) < wanted
+    for _ in range(80):
+        middle = (low + high) / 2
+        is_below = radius(middle) < wanted
+        low, high = np.where(is_below, middle, low), np.where(is_below, high, middle)
+    return along(np.where(beyond, np.nan, low), at / wanted[:, None])
+
+
+class Lens:
+    """A camera model in pycolmap, and beyond 90 degrees where a formula is known."""
+
+    def __init__(self, model, width, height):
+        self.model, self.width, self.height = model, width, height
+        self.focal_count = POLYNOMIAL_FISHEYES.get(model)
+
+    def camera(self, params):
+        return pycolmap.Camera(camera_id=1, model=self.model, width=self.width, height=self.height, params=params)
+
+    def project(self, params, rays):
+        pixels = self.camera(params).img_from_cam(rays)
+        if self.focal_count is not None:
+            by_formula = polynomial_fisheye(self.focal_count, params, rays)
+            before = rays[:, 2] > 1e-3
+            off = np.abs(pixels - by_formula)[before].max(initial=0.0)
+            assert not off > 1e-9, f"the formula of {self.model} is {off} px off pycolmap's"
+            pixels[~before] = by_formula[~before]
+        return pixels
+
+    def rays(self, params, pixels):
+        """The unit rays of those pixels that have one: the pixel is their image, and grows towards it from the axis."""
+        at = self.camera(params).cam_from_img(pixels)
+        rays = np.c_[at, np.ones(len(at))]
+        if self.focal_count is not None:
+            beyond = ~(np.linalg.norm(self.project(params, rays) - pixels, axis=1) < 1e-6)
+            rays[beyond] = unproject_polynomial_fisheye(self.focal_count, params, pixels[beyond])
+        rays /= np.linalg.norm(rays, axis=1)[:, None]
+        rays = rays[np.linalg.norm(self.project(params, rays) - pixels, axis=1) < 1e-6]
+        across = np.linalg.norm(rays[:, :2], axis=1)
+        angle, axis = np.arctan2(across, rays[:, 2]), rays[:, :2] / across[:, None]
+        steps = [self.project(params, along(angle * share, axis)) for share in np.linspace(1e-3, 1, 200)]
+        grows = np.all([((b - a) * axis).sum(axis=1) > 0 for a, b in zip(steps, steps[1:])], axis=0)
+        return rays[grows]
+
+    def wrt_param(self, params, index, rays):
+        """d pixel / d parameter, by differences of fourth order."""
+        step = 1e-3 * max(abs(params[index]), 0.1)
+
+        def moved(by):
+            return self.project([*params[:index], params[index] + by, *params[index + 1 :]], rays)
+
+        return (8 * (moved(step) - moved(-step)) - (moved(2 * step) - moved(-2 * step))) / (12 * step)
+
+
+def mean_of(parameter):
+    """Of the estimated samples where there are statistics of them, else of all."""
+    all_values = [Fraction(s["value"]) for s in parameter["samples"] if s["value"] is not None]
+    estimated = [Fraction(s["value"]) for s in parameter["samples"] if s["state"] == "estimated"]
+    return float(statistics.mean(estimated if len(estimated) > 1 else all_values))
+
+
+def check_std_px(checks, name, population):
+    """The std in px of every parameter that has one."""
+    lens = Lens(population["model"], population["width"], population["height"])
+    params = [mean_of(parameter) for parameter in population["parameters"]]
+    pixels = cell_centres(population["width"], population["height"])
+    rays = lens.rays(params, pixels)
+    share = len(rays) / len(pixels)
+    estimated = [(i, p) for i, p in enumerate(population["parameters"]) if p["statistics"] is not None]
+    if lens.model in WIDE and population["ray_share"] > share:
+        checks.skipped[lens.model] += len(estimated)
+        return
+    checks.equal(f"{name} ray_share", population["ray_share"], share)
+    for index, parameter in estimated:
+        got, what = parameter["statistics"]["std_px"], f"{name} {parameter['name']} std_px"
+        if len(rays) == 0:
+            checks.equal(what, got, None)
+            continue
+        values = [Fraction(s["value"]) for s in parameter["samples"] if s["state"] == "estimated"]
+        moved = lens.wrt_param(params, index, rays) * float(statistics.stdev(values))
+        want = math.sqrt((moved**2).sum(axis=1).mean())
+        checks.near(what, got, want, STD_PX_TOLERANCE * want)
+        checks.std_px_count += 1
+
+
 # The CSV files hold the same, to the last bit.
 
 
@@ -419,6 +551,7 @@ def check_path(checks, binary, path, validator):
                 check_states(checks, f"{name} {parameter['name']}", population, index)
                 check_statistics(checks, f"{name} {parameter['name']}", parameter)
             check_compensation(checks, name, population)
+            check_std_px(checks, name, population)
         check_csv(checks, path, out, analysis["populations"])
         check_thesis(checks, path, analysis)
 
@@ -443,7 +576,12 @@ def main():
         check_path(checks, binary, path, validator_class(schema))
         if checks.count < arguments.at_least:
             checks.differences.append(f"{path}: only {checks.count} values compared, at least {arguments.at_least} expected")
-        print(f"{path}: {checks.count} values compared, {len(checks.differences)} differ", flush=True)
+        skipped = "".join(f", {count} of {model} skipped" for model, count in sorted(checks.skipped.items()) if count)
+        print(
+            f"{path}: {checks.count} values compared, {len(checks.differences)} differ"
+            f" ({checks.std_px_count} std in px{skipped})",
+            flush=True,
+        )
         compared += checks.count
         differences += checks.differences
     for difference in differences[:50]:

@@ -19,6 +19,7 @@ from pathlib import Path
 import numpy as np
 import pycolmap
 
+from make_golden_pixels import CAMERAS
 from synthetic_room import FRONT, LEFT, RIGHT, SIDE, WIDE, Shot, adjust, build, room, rotation, sigmas_off, walk
 
 FIXTURES = Path(__file__).resolve().parent.parent / "fixtures"
@@ -217,6 +218,25 @@ def identical(out):
     write_cameras(out / "run3", "1 OPENCV 640 480 5.0125e2 498.50 320.0 240 -0.28125 9.375E-02 6e-4 -4e-004")
 
 
+def lenses(out):
+    """Every camera model of COLMAP, three times, all of its parameters a little off; its width and height are what they are.
+    The last camera folds inside its image."""
+    first = {name: params for name, params, _ in reversed(CAMERAS)}
+    # These see beyond 90 degrees, which pycolmap does not: with a longer lens, the corners of the image do not.
+    for name in ("DIVISION", "THIN_PRISM_FISHEYE"):
+        first[name] = [1.4 * focal for focal in first[name][:2]] + first[name][2:]
+    cameras = [*sorted(first.items()), ("SIMPLE_RADIAL", [1011.91, 640, 480, -0.27])]
+    for run, off in (("run1", -1.0), ("run2", 0.25), ("run3", 1.5)):
+        rows = []
+        for camera_id, (name, params) in enumerate(cameras, 1):
+            camera = pycolmap.Camera(camera_id=1, model=name, width=100, height=100, params=params)
+            kept = camera.metadata_params_idxs()
+            moved = [v if i in kept else v * (1 + off * (3 + i) / 1000) for i, v in enumerate(params)]
+            size = params if kept else [2 * params[i] for i in camera.principal_point_idxs()]
+            rows.append(" ".join([f"{camera_id} {name}", *(format(v, ".10g") for v in [*size, *moved])]))
+        write_cameras(out / run, *rows)
+
+
 def renumbered(out):
     """Two cameras of one model and size; run2 numbers them the other way round."""
     scene = np.random.default_rng(40)
@@ -270,6 +290,7 @@ def make(out):
     formats(out / "formats")
     bad(out / "bad", out / "formats/text", out / "formats/binary")
     identical(out / "identical")
+    lenses(out / "lenses")
     renumbered(out / "renumbered")
     failed(out / "failed")
     one_camera_per_image(out / "one_camera_per_image")

@@ -187,4 +187,33 @@ mod tests {
         let said: Vec<String> = findings(&analysis).into_iter().map(|cell| cell.text).collect();
         assert_eq!(said, ["a, b: few"]);
     }
+
+    fn varying(group: &str, first: f64) -> Population {
+        let parameters = vec![parameter("fx", &estimated(&[first, first + 1.0, first + 2.0]))];
+        population(group, "camera 1", "OPENCV", parameters)
+    }
+
+    #[test]
+    fn a_narrow_terminal_gets_the_same_columns_in_every_table() {
+        let analysis = analysis(vec![varying("a", 500.0), varying("b", 1e6)]);
+        let header = |width| {
+            let (tables, left_out) = population_tables(&analysis, width);
+            assert_eq!(tables[0].header, tables[1].header);
+            let widest = tables.iter().map(Table::width).max().unwrap();
+            assert!(width.is_none_or(|width| widest <= width), "{widest} > {width:?}");
+            assert_eq!(tables[0].header.len() + left_out.len(), 13, "none is an outlier");
+            (tables[0].header.join(" "), left_out)
+        };
+        assert_eq!(header(None).1, [""; 0]);
+        let (columns, left_out) = header(Some(100));
+        assert_eq!(columns, "parameter n mean std std px std % 95 % of std min median max");
+        assert_eq!(left_out, ["q1", "q3", "MAD std"]);
+    }
+
+    #[test]
+    fn a_std_in_px_stands_beside_the_std() {
+        let rows = population_table(&varying("a", 500.0)).rows;
+        let row: Vec<&str> = rows[0].iter().take(6).map(|cell| cell.text.as_str()).collect();
+        assert_eq!(row, ["fx", "3", "501.0", "1.0", "2.0", "0.20 %"]);
+    }
 }

@@ -143,6 +143,7 @@ mod tests {
             analysis(groups.iter().map(|group| opencv(group, "OPENCV", 500.0)).collect());
         let tables = side_by_side(&analysis, Some(80));
         assert!(tables.len() > 1 && tables.iter().all(|table| table.width() <= 80));
+        assert!(tables.iter().all(|table| !table.header.contains(&"std %".to_owned())));
         let titles: Vec<&str> = tables
             .iter()
             .flat_map(|table| &table.above[1..])

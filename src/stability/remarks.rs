@@ -141,7 +141,7 @@ fn without_ray(group: &str, populations: &[&Population]) -> Option<Finding> {
         .filter(has_statistics)
         .filter_map(|one| {
             let left_out = one.ray_share.map(|share| 100.0 * (1.0 - share)).filter(|&p| p > 0.0)?;
-            Some(format!("{left_out:.1} % of the image of {}, {}", one.camera, one.model))
+            Some(format!("{left_out:.2} % of the image of {}, {}", one.camera, one.model))
         })
         .collect();
     let count = cameras.len();
