@@ -15,6 +15,7 @@ mod physical;
 mod remarks;
 mod run;
 mod screen;
+pub mod spread;
 mod summary;
 #[cfg(test)]
 mod testing;
