@@ -17,12 +17,12 @@ pub(super) fn comparison_title(comparison: &Comparison) -> String {
         Some(_) => "over the whole image".to_owned(),
         None => "no part of the image is seen in all runs".to_owned(),
     };
-    format!("{camera}, {width} x {height}: spread {over}, as found (not aligned)")
+    format!("{camera}, {width} x {height}: spread {over}, rotations aligned")
 }
 
 /// The groups by their spread.
 pub(super) fn ranking_table(comparison: &Comparison) -> Table {
-    let header = ["group", "camera there", "model", "n", "spread px", "95 % of it"];
+    let header = ["group", "camera there", "model", "n", "spread px", "95 % of it", "raw px"];
     let rows = comparison.ranking.iter().map(|one| {
         let is_other = one.camera != comparison.camera;
         let interval = one.spread_interval_95.map_or(String::new(), interval);
@@ -33,6 +33,7 @@ pub(super) fn ranking_table(comparison: &Comparison) -> Table {
             one.n.to_string().into(),
             one.spread_px.map_or(String::new(), number::std).into(),
             interval.into(),
+            one.raw_spread_px.map_or(String::new(), number::std).into(),
         ]
     });
     let header = header.map(str::to_owned).to_vec();
@@ -169,9 +170,9 @@ pub(super) fn components_title(components: &Components) -> String {
 
 /// The components in one sentence, of the pixels; none where no pixel is seen in all runs.
 pub(super) fn components_sentence(components: &Components) -> Option<String> {
-    let image = &components.image.as_ref()?.components;
+    let image = components.image.as_ref()?.aligned.as_ref()?;
     Some(format!(
-        "repeatability {} px, between groups {} px (95 %: {}), reproducibility {} px; two runs differ by less than {} px \
+        "with rotations aligned, repeatability {} px, between groups {} px (95 %: {}), reproducibility {} px; two runs differ by less than {} px \
          in a group and {} px in different groups (95 %)",
         number::std(image.repeatability_std),
         number::std(image.between_std),
@@ -196,7 +197,10 @@ pub(super) fn components_table(components: &Components) -> Table {
         "limit R",
         "p of no difference",
     ];
-    let image = components.image.iter().map(|image| components_row("image px", &image.components));
+    let image = components.image.iter().flat_map(|image| {
+        let aligned = image.aligned.iter().map(|found| components_row("image, aligned px", found));
+        aligned.chain([components_row("image, raw px", &image.raw)])
+    });
     let parameters =
         components.parameters.iter().map(|one| components_row(&one.parameter, &one.components));
     let header = header.map(str::to_owned).to_vec();

@@ -64,6 +64,8 @@ struct ComponentsRow<'a> {
 
 /// What stands for a parameter's name where a row is about the pixels.
 const IMAGE: &str = "image px";
+/// The pixels without aligning rotations.
+const RAW_IMAGE: &str = "raw image px";
 
 /// Every test of two groups, one a row.
 pub fn comparisons_csv(analysis: &Analysis) -> csv::Result<Vec<u8>> {
@@ -105,7 +107,9 @@ pub fn comparisons_csv(analysis: &Analysis) -> csv::Result<Vec<u8>> {
 pub fn components_csv(analysis: &Analysis) -> csv::Result<Vec<u8>> {
     let mut rows = Writer::from_writer(Vec::new());
     for one in &analysis.components {
-        let image = one.image.iter().map(|image| (IMAGE, &image.components));
+        let image = one.image.iter().flat_map(|image| {
+            image.aligned.iter().map(|found| (IMAGE, found)).chain([(RAW_IMAGE, &image.raw)])
+        });
         let parameters = one.parameters.iter().map(|p| (p.parameter.as_str(), &p.components));
         for (of, found) in image.chain(parameters) {
             rows.serialize(components_row(one, of, found))?;

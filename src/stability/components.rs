@@ -28,8 +28,7 @@ pub struct Components {
     pub parent: String,
     /// The groups.
     pub groups: Vec<String>,
-    /// Of the pixels that a ray meets, over the whole image, in px: deviations in x and y from the mean ray of all runs, as they
-    /// are. None when no part of the image is seen in all runs.
+    /// Of the pixels that a ray meets, over the whole image. None when no part of it is seen in all runs.
     pub image: Option<ImageComponents>,
     /// Of every parameter that was estimated in two groups, and in one of them at least twice.
     pub parameters: Vec<ParameterComponents>,
@@ -40,8 +39,10 @@ pub struct Components {
 pub struct ImageComponents {
     /// Share of the image that is seen in all runs.
     pub image_share: f64,
-    /// In px: root of the mean square over these cells.
-    pub components: VarianceComponents,
+    /// In px: root of the mean square over these cells of the deviations, x and y, from the mean ray of all runs.
+    pub raw: VarianceComponents,
+    /// The same after all runs were rotated onto each other, as poses absorb a rotation. None where that search failed.
+    pub aligned: Option<VarianceComponents>,
 }
 
 /// The components of one parameter's variance.
@@ -190,10 +191,17 @@ fn of_parameter(family: &[&Population], index: usize) -> Option<ParameterCompone
 
 fn of_image(family: &[&Population]) -> Option<ImageComponents> {
     let groups: Vec<_> = family.iter().map(|one| cameras(one)).collect();
-    let n = groups.iter().map(Vec::len).collect();
+    let n: Vec<usize> = groups.iter().map(Vec::len).collect();
     let seen = deviations::together(&groups, [family[0].width, family[0].height])?;
-    let rows = seen.rows.into_iter().filter(|group| !group.is_empty()).collect();
-    Some(ImageComponents { image_share: seen.image_share, components: (n, one_way(rows)?).into() })
+    let components = |rows: Vec<Vec<Vec<f64>>>| {
+        let present = rows.into_iter().filter(|group| !group.is_empty()).collect();
+        Some(VarianceComponents::from((n.clone(), one_way(present)?)))
+    };
+    Some(ImageComponents {
+        image_share: seen.image_share,
+        raw: components(seen.raw)?,
+        aligned: seen.aligned.and_then(components),
+    })
 }
 
 #[cfg(test)]
@@ -250,7 +258,7 @@ mod tests {
         assert!((cy.reproducibility_std - cy.repeatability_std).abs() < 1e-12);
         assert!((cx.reproducibility_limit - 2.8 * cx.reproducibility_std).abs() < 1e-12);
         // A moved principal point moves every pixel by as much.
-        let image = &components.image.as_ref().unwrap().components;
+        let image = &components.image.as_ref().unwrap().raw;
         assert!((image.between_std - 30.0).abs() < 0.1, "{}", image.between_std);
         assert!(image.p < 1e-6);
         let sum = cx.repeatability_std.hypot(cy.repeatability_std);
@@ -262,7 +270,7 @@ mod tests {
         // A group is not a copy of another: the runs come in another order, and each moved a little.
         let analysis = analysis([repeats("a", 0.0, 0.0), repeats("b", 1e-6, 1e-6)].concat());
         let components = &analysis.components[0];
-        let image = &components.image.as_ref().unwrap().components;
+        let image = &components.image.as_ref().unwrap().raw;
         for found in components.parameters.iter().map(|one| &one.components).chain([image]) {
             assert!(found.between_std <= 0.0 && found.p > 0.99, "{found:?}");
             assert_eq!(found.between_interval_95[0].to_bits(), 0);
@@ -297,7 +305,7 @@ mod tests {
         }
         let [one, other] = [[a, b].concat(), turned].map(|runs| analysis(runs).components);
         let bits = |components: &[Components]| {
-            let image = &components[0].image.as_ref().unwrap().components;
+            let image = &components[0].image.as_ref().unwrap().raw;
             [image, found(&components[0], "cx")].map(|found| {
                 [found.between_std, found.repeatability_std, found.between_interval_95[1], found.p]
                     .map(f64::to_bits)

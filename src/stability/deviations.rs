@@ -4,6 +4,7 @@ use nalgebra::{Vector2, Vector3};
 use rayon::prelude::*;
 
 use super::Population;
+use super::spread::aligned_deviations;
 use crate::camera::{CameraModel, Grid, Intrinsics, Job, Model};
 
 /// Deviations in px of the cameras of some groups, over the cells that all of them see.
@@ -11,7 +12,10 @@ use crate::camera::{CameraModel, Grid, Intrinsics, Job, Model};
 pub(super) struct Deviations {
     /// By group and camera, in the order given: x and y of each cell. Divided by the root of the number of cells, so that the
     /// sum of squares of a row is its mean square over the image.
-    pub rows: Vec<Vec<Vec<f64>>>,
+    pub raw: Vec<Vec<Vec<f64>>>,
+    /// The same after the cameras of each consensus were rotated onto each other, as poses absorb a rotation. None where the
+    /// search for the rotations lost sight of a cell.
+    pub aligned: Option<Vec<Vec<Vec<f64>>>>,
     /// Share of the image that these cells are.
     pub image_share: f64,
 }
@@ -79,15 +83,38 @@ fn deviations(
     if seen.is_empty() {
         return None;
     }
-    let weight = (seen.len() as f64).sqrt().recip();
+    let seen_pixels: Vec<Vector2<f64>> = seen.iter().map(|&cell| pixels[cell]).collect();
+    let aligned: Option<Vec<Vec<Vec<Vector2<f64>>>>> = members
+        .chunk_by(|a, b| a.consensus == b.consensus)
+        .map(|peers| {
+            let cameras: Vec<&Intrinsics> = peers.iter().map(|peer| peer.camera).collect();
+            aligned_deviations(&cameras, &seen_pixels)
+        })
+        .collect();
+    let raw: Vec<Vec<Vector2<f64>>> =
+        fields.iter().map(|field| seen.iter().filter_map(|&cell| field[cell]).collect()).collect();
+    let rows = |fields: &[Vec<Vector2<f64>>]| rows(groups, &members, fields);
+    Some(Deviations {
+        raw: rows(&raw),
+        aligned: aligned.map(|fields| rows(&fields.concat())),
+        image_share: seen.len() as f64 / pixels.len() as f64,
+    })
+}
+
+/// The members' deviations as rows, by group and camera.
+fn rows(
+    groups: &[Vec<Intrinsics>],
+    members: &[Member],
+    fields: &[Vec<Vector2<f64>>],
+) -> Vec<Vec<Vec<f64>>> {
     let mut rows: Vec<Vec<Vec<f64>>> =
         groups.iter().map(|cameras| vec![Vec::new(); cameras.len()]).collect();
-    for (member, field) in members.iter().zip(&fields) {
+    for (member, field) in members.iter().zip(fields) {
+        let weight = (field.len() as f64).sqrt().recip();
         let [group, index] = member.place;
-        let at = seen.iter().filter_map(|&cell| field[cell]);
-        rows[group][index] = at.flat_map(|d| [weight * d.x, weight * d.y]).collect();
+        rows[group][index] = field.iter().flat_map(|d| [weight * d.x, weight * d.y]).collect();
     }
-    Some(Deviations { rows, image_share: seen.len() as f64 / pixels.len() as f64 })
+    rows
 }
 
 /// A deviation at each cell; none where there is no ray, or the camera does not see that of the consensus.

@@ -39,6 +39,7 @@ struct Contender<'a> {
     population: &'a Population,
     n: usize,
     spread: Option<Repeats>,
+    raw_spread_px: Option<f64>,
 }
 
 fn comparison(camera: &str, members: &[&Population]) -> Comparison {
@@ -46,13 +47,18 @@ fn comparison(camera: &str, members: &[&Population]) -> Comparison {
     let groups: Vec<_> = members.iter().map(|one| cameras(one)).collect();
     let seen = deviations::apart(&groups, size);
     let image_share = seen.as_ref().map(|seen| seen.image_share);
-    let mut rows = seen.map(|seen| seen.rows.into_iter());
-    let contenders = members.iter().zip(&groups).map(|(population, cameras)| {
-        let spread = rows.as_mut().and_then(Iterator::next).and_then(Repeats::new);
-        // Calibrations that were all held have no spread.
-        let spread = spread.filter(|spread| spread.std() > 0.0);
-        Contender { population, n: cameras.len(), spread }
-    });
+    // Calibrations that were all held have no spread.
+    let spread = |rows: &Vec<Vec<f64>>| Repeats::new(rows.clone()).filter(|one| one.std() > 0.0);
+    let contenders =
+        members.iter().zip(&groups).enumerate().map(|(index, (population, cameras))| {
+            let aligned = seen.as_ref().and_then(|seen| seen.aligned.as_ref());
+            Contender {
+                population,
+                n: cameras.len(),
+                spread: aligned.and_then(|rows| spread(&rows[index])),
+                raw_spread_px: seen.as_ref().and_then(|s| spread(&s.raw[index])).map(|s| s.std()),
+            }
+        });
     let mut contenders: Vec<Contender> = contenders.collect();
     let std = |one: &Contender| one.spread.as_ref().map_or(f64::INFINITY, Repeats::std);
     contenders.sort_by(|a, b| {
@@ -82,7 +88,7 @@ fn comparison(camera: &str, members: &[&Population]) -> Comparison {
 }
 
 fn ranked(contender: &Contender) -> RankedGroup {
-    let Contender { population, n, spread } = contender;
+    let Contender { population, n, spread, raw_spread_px } = contender;
     let degrees = spread.as_ref().map(Repeats::degrees);
     let spread_px = spread.as_ref().map(Repeats::std);
     let factors = degrees.and_then(|degrees| std_interval_factors_of_degrees(degrees, 1.0 - LEVEL));
@@ -92,6 +98,7 @@ fn ranked(contender: &Contender) -> RankedGroup {
         model: population.model.clone(),
         n: *n,
         spread_px,
+        raw_spread_px: *raw_spread_px,
         spread_interval_95: spread_px.zip(factors).map(|(std, factors)| factors.map(|f| f * std)),
         degrees,
     }

@@ -41,9 +41,11 @@ pub struct RankedGroup {
     pub model: String,
     /// How many calibrations.
     pub n: usize,
-    /// How far their pixels spread: RMS over the image of the std, with n - 1, of the pixel that a ray meets, in px. Rays are
-    /// the means of those that the group's cameras give a pixel, as they are. None with fewer than two calibrations.
+    /// How far their pixels spread: RMS over the image of the std, with n - 1, of the pixel that a ray meets, in px, after the
+    /// group's cameras were rotated onto each other, as poses absorb a rotation. None with fewer than two calibrations.
     pub spread_px: Option<f64>,
+    /// The same without rotating them, for the mean rays that they give a pixel.
+    pub raw_spread_px: Option<f64>,
     /// 95 % confidence interval of it (chi-square: normal samples).
     pub spread_interval_95: Option<[f64; 2]>,
     /// Its degrees of freedom: n - 1 times the independent columns of the pixels' deviations (Box 1954).

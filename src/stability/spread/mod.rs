@@ -3,6 +3,7 @@
 
 mod consensus;
 mod difference;
+mod fields;
 mod rays;
 mod region;
 mod shape;
@@ -14,6 +15,7 @@ use nalgebra::{Vector2, Vector3};
 
 use consensus::{Consensus, Lenses, Placement, consensus};
 pub use difference::{Difference, difference};
+pub(super) use fields::aligned_deviations;
 use rays::{Deviations, deviations, turned_start, unturned_start};
 pub use region::Region;
 use region::mask;
