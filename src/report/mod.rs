@@ -2,6 +2,7 @@
 //!
 //! Draws and never computes: every number shown stands in the analysis.
 
+mod comparison;
 mod csv;
 mod json;
 mod markdown;
@@ -9,10 +10,14 @@ mod number;
 pub mod plot;
 mod sections;
 mod side_by_side;
+mod spread;
+mod spread_csv;
 mod table;
 mod terminal;
 
+pub use comparison::{comparison_json, comparison_text};
 pub use csv::{runs_csv, samples_csv, statistics_csv};
 pub use json::{analysis_json, schema_json};
 pub use markdown::markdown;
+pub use spread_csv::{run_deviations_csv, spread_csv};
 pub use terminal::terminal;

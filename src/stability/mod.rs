@@ -4,9 +4,13 @@
 
 mod analysis;
 mod analyze;
+mod clusters;
+mod compare;
+mod disagreement;
 mod identity;
 mod image_effect;
 mod names;
+mod overlap;
 mod partition;
 mod physical;
 mod remarks;
@@ -16,8 +20,12 @@ pub mod spread;
 mod summary;
 #[cfg(test)]
 mod testing;
+mod view;
 
 pub use analysis::*;
 pub use analyze::analyze;
+pub use clusters::{Clusters, Part, PartParameter};
+pub use compare::{CompareError, ComparedCamera, Comparison, ToReference, compare};
 pub use identity::MatchError;
+pub use overlap::Overlap;
 pub use run::Run;

@@ -89,10 +89,7 @@ impl Region {
 }
 
 /// The cells no further than one cell from an observation.
-pub fn observed_cells(
-    grid: &Grid,
-    observations: impl Iterator<Item = [f64; 2]>,
-) -> Vec<bool> {
+pub fn observed_cells(grid: &Grid, observations: impl Iterator<Item = [f64; 2]>) -> Vec<bool> {
     let [columns, rows] = [grid.columns(), grid.rows()];
     let mut is_hit = vec![false; grid.cell_count()];
     for cell in observations.filter_map(|at| grid.cell_at(at)) {
