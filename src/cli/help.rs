@@ -18,6 +18,10 @@ Examples:
       the same, and a report in files
   calibstab analyze 'data/*/*/sparse' --group-by '{session}/{run}/sparse'
       groups named by a part of the path
+  calibstab compare a/cameras.txt b/cameras.txt
+      two calibrations of one camera, of whatever models: how far apart in px?
+  calibstab compare --reference known/cameras.txt runs/*/cameras.txt
+      how far is each, and is their mean, off a known calibration?
   calibstab copy run/sparse/0 run/text --text
       a binary model as text
 

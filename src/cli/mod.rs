@@ -1,6 +1,7 @@
 //! The command line: arguments, progress, printing, exit codes; one file a subcommand.
 
 mod analyze;
+mod compare;
 mod copy;
 mod failure;
 mod grouping;
@@ -37,6 +38,7 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     Analyze(analyze::Analyze),
+    Compare(compare::Compare),
     Copy(copy::Copy),
     Schema(help::Schema),
     Completions(help::Completions),
@@ -66,6 +68,7 @@ impl Cli {
             .map_err(|error| Failure::Input(error.to_string()))?;
         match self.command {
             Command::Analyze(command) => command.run(out, self.quiet),
+            Command::Compare(command) => command.run(out, self.quiet),
             Command::Copy(command) => command.run(self.quiet),
             Command::Schema(command) => command.run(out),
             Command::Completions(command) => command.run(out),

@@ -3,15 +3,15 @@
 use super::number;
 use super::table::{Cell, Table};
 use crate::stability::{
-    Comparison, Components, PairTest, ParameterTest, TestMethod, VarianceComponents,
+    Components, GroupComparison, PairTest, ParameterTest, TestMethod, VarianceComponents,
 };
 
 /// Below this a corrected p tells two groups apart.
 const LEVEL: f64 = 0.05;
 
 /// Which camera the groups are compared by.
-pub(super) fn comparison_title(comparison: &Comparison) -> String {
-    let Comparison { camera, width, height, image_share, .. } = comparison;
+pub(super) fn comparison_title(comparison: &GroupComparison) -> String {
+    let GroupComparison { camera, width, height, image_share, .. } = comparison;
     let over = match image_share {
         Some(share) if *share < 1.0 => format!("over {:.1} % of the image", 100.0 * share),
         Some(_) => "over the whole image".to_owned(),
@@ -21,7 +21,7 @@ pub(super) fn comparison_title(comparison: &Comparison) -> String {
 }
 
 /// The groups by their spread.
-pub(super) fn ranking_table(comparison: &Comparison) -> Table {
+pub(super) fn ranking_table(comparison: &GroupComparison) -> Table {
     let header = ["group", "camera there", "model", "n", "spread px", "95 % of it", "raw px"];
     let rows = comparison.ranking.iter().map(|one| {
         let is_other = one.camera != comparison.camera;
@@ -41,7 +41,7 @@ pub(super) fn ranking_table(comparison: &Comparison) -> Table {
 }
 
 /// What the tests say, in sentences: of the spreads each, of parameters those that tell. No more than `most` of either.
-pub(super) fn sentences(comparison: &Comparison, most: usize) -> Vec<String> {
+pub(super) fn sentences(comparison: &GroupComparison, most: usize) -> Vec<String> {
     let mut told: Vec<String> = Vec::new();
     let spreads = &comparison.spreads;
     told.extend(spreads.iter().take(most).map(|test| sentence("spread", test)));
@@ -116,7 +116,7 @@ fn outlook(test: &PairTest) -> String {
 }
 
 /// Every test of a comparison, one a row.
-pub(super) fn test_table(comparison: &Comparison) -> Table {
+pub(super) fn test_table(comparison: &GroupComparison) -> Table {
     let header = [
         "of",
         "the greater",

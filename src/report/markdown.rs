@@ -6,6 +6,7 @@ use super::between;
 use super::run_rows;
 use super::sections;
 use super::side_by_side::side_by_side;
+use super::spread::{overlap_words, parts_table, spread_table, spread_words};
 use super::table::escaped;
 use crate::stability::Analysis;
 
@@ -31,6 +32,16 @@ pub fn markdown(analysis: &Analysis, pictures: &[(String, String)]) -> String {
         let title = escaped(&sections::population_title(population));
         let _ =
             write!(out, "\n### {title}\n\n{}", sections::population_table(population).markdown());
+        if let Some(spread) = &population.spread {
+            let words = escaped(&spread_words(spread));
+            let _ = write!(out, "\n{}\n{words}.\n", spread_table(spread).markdown());
+        }
+        if let Some(words) = overlap_words(population) {
+            let _ = write!(out, "\n{}.\n", escaped(&words));
+        }
+        if let Some(parts) = parts_table(population) {
+            let _ = write!(out, "\n{}", parts.markdown());
+        }
     }
     if !pictures.is_empty() {
         out.push_str("\n## Plots\n");

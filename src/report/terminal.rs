@@ -7,6 +7,7 @@ use anstyle::Style;
 use super::between;
 use super::sections;
 use super::side_by_side::side_by_side;
+use super::spread::{overlap_words, parts_table, spread_table, spread_words};
 use crate::stability::Analysis;
 
 /// The analysis as text with ANSI styles, its tables not wider than `width` characters where that can be.
@@ -20,6 +21,16 @@ pub fn terminal(analysis: &Analysis, width: Option<usize>) -> String {
     for (population, table) in analysis.populations.iter().zip(tables) {
         title(&mut out, &sections::population_title(population));
         out.push_str(&table.text());
+        if let Some(spread) = &population.spread {
+            let _ = write!(out, "\n{}", spread_table(spread).text());
+            let _ = writeln!(out, "{}.", spread_words(spread));
+        }
+        if let Some(words) = overlap_words(population) {
+            let _ = writeln!(out, "{words}.");
+        }
+        if let Some(parts) = parts_table(population) {
+            let _ = write!(out, "\n{}", parts.text());
+        }
         out.push('\n');
     }
     if !left_out.is_empty() {

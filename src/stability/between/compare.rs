@@ -2,7 +2,7 @@
 
 use super::super::deviations::{self, cameras};
 use super::super::{Parameter, Population, SampleState};
-use super::{Comparison, PairTest, ParameterTest, RankedGroup, SameCamera, TestMethod};
+use super::{GroupComparison, PairTest, ParameterTest, RankedGroup, SameCamera, TestMethod};
 use crate::stats::{
     Repeats, brown_forsythe, f_test, f_test_power, holm, samples_needed,
     std_interval_factors_of_degrees,
@@ -20,7 +20,7 @@ const RATIO: f64 = 2.0;
 pub(in super::super) fn comparisons(
     populations: &[Population],
     same: &[SameCamera],
-) -> Vec<Comparison> {
+) -> Vec<GroupComparison> {
     let mut all = Vec::new();
     for SameCamera { camera, members } in same {
         let is_member =
@@ -42,7 +42,7 @@ struct Contender<'a> {
     raw_spread_px: Option<f64>,
 }
 
-fn comparison(camera: &str, members: &[&Population]) -> Comparison {
+fn comparison(camera: &str, members: &[&Population]) -> GroupComparison {
     let size = [members[0].width, members[0].height];
     let groups: Vec<_> = members.iter().map(|one| cameras(one)).collect();
     let seen = deviations::apart(&groups, size);
@@ -76,7 +76,7 @@ fn comparison(camera: &str, members: &[&Population]) -> Comparison {
     let mut parameters: Vec<ParameterTest> =
         pairs.iter().flat_map(|pair| parameter_tests(*pair)).collect();
     correct(&mut parameters.iter_mut().map(|one| &mut one.test).collect::<Vec<_>>());
-    Comparison {
+    GroupComparison {
         camera: camera.to_owned(),
         width: size[0],
         height: size[1],

@@ -13,7 +13,7 @@ use serde::Serialize;
 
 /// How the groups that have one camera compare.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
-pub struct Comparison {
+pub struct GroupComparison {
     /// The physical camera. A group in which it shares one model with others takes part with that.
     pub camera: String,
     /// Width of its images, in px.

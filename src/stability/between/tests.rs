@@ -1,5 +1,5 @@
 use super::super::testing::{run, with_images};
-use super::super::{Analysis, Comparison, Options, Run, TestMethod, analyze};
+use super::super::{Analysis, GroupComparison, Options, Run, TestMethod, analyze};
 use crate::stats::{Repeats, f_test};
 
 fn analysis(runs: Vec<Run>) -> Analysis {
@@ -28,7 +28,7 @@ fn group(group: &str, model: &str, size: f64, count: i32) -> Vec<Run> {
     (1..=count).map(|i| run(group, &format!("run{i}"), &[(1, model, &params(i))])).collect()
 }
 
-fn only(analysis: &Analysis) -> &Comparison {
+fn only(analysis: &Analysis) -> &GroupComparison {
     let [comparison] = &analysis.comparisons[..] else { panic!("one camera") };
     comparison
 }

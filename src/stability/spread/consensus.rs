@@ -4,7 +4,9 @@
 //! Minimised is sum |project_r(R_r m_g + t_r / z) - q_g|^2 over unit rays m_g, rotations R_r and translations t_r. The rays
 //! are eliminated cell by cell (Schur complement); what remains, a few unknowns a lens, is solved by conjugate gradients.
 
-use nalgebra::{Matrix2, Matrix3, Matrix3x2, Rotation3, SMatrix, SVector, Vector2, Vector3};
+use nalgebra::{
+    Matrix2, Matrix2x3, Matrix3, Matrix3x2, Rotation3, SMatrix, SVector, Vector2, Vector3,
+};
 use rayon::prelude::*;
 
 use crate::camera::{CameraModel, Intrinsics, Job};
@@ -342,6 +344,7 @@ impl<const D: usize> Problem for Alignment<'_, D> {
 impl<const D: usize> Block<D> {
     fn fill(&mut self, lenses: &Lenses, rays: &[Vector3<f64>], placements: &[Placement]) {
         let count = lenses.cameras.len();
+        self.coupling.fill(SMatrix::zeros());
         self.runs.clear();
         self.cells.clear();
         self.cells.extend(rays.iter().map(|ray| CellEquations {
@@ -350,76 +353,105 @@ impl<const D: usize> Block<D> {
             inverse: Matrix2::zeros(),
             gradient: Vector2::zeros(),
         }));
-        let mut cost = Some(0.0);
+        let mut sight = Sight::default();
+        let mut cost = 0.0;
+        self.cost = None;
         for (index, (camera, placement)) in lenses.cameras.iter().zip(placements).enumerate() {
-            let run = Linearize { lenses, rays, placement, cells: &mut self.cells };
-            let couplings = self.coupling.iter_mut().skip(index).step_by(count);
-            let Some((part, run)) = camera.visit(WithCoupling { run, couplings }) else {
-                cost = None;
-                break;
-            };
-            cost = cost.map(|cost| cost + part);
+            let mut run = RunEquations::zeros();
+            for &inverse_depth in lenses.inverse_depths {
+                if !sight.look(camera, placement, inverse_depth, rays) {
+                    return;
+                }
+                let couplings = self.coupling.iter_mut().skip(index).step_by(count);
+                let cells =
+                    self.cells.iter_mut().zip(couplings).zip(rays.iter().zip(lenses.pixels));
+                for (((cell, coupling), (ray, pixel)), seen) in cells.zip(&sight.seen) {
+                    let residual = seen.pixel - pixel;
+                    cost += 0.5 * residual.norm_squared();
+                    let wrt_turned = seen.wrt_point * placement.rotation.matrix();
+                    let wrt_ray = wrt_turned * cell.across;
+                    cell.hessian += wrt_ray.tr_mul(&wrt_ray);
+                    cell.gradient += wrt_ray.tr_mul(&residual);
+                    if D > 0 {
+                        let wrt_lens = wrt_lens(ray, &wrt_turned, &seen.wrt_point, inverse_depth);
+                        *coupling += wrt_ray.tr_mul(&wrt_lens);
+                        run.hessian += wrt_lens.tr_mul(&wrt_lens);
+                        run.gradient += wrt_lens.tr_mul(&residual);
+                    }
+                }
+            }
             self.runs.push(run);
         }
-        self.cost = cost;
+        self.cost = Some(cost);
     }
 }
 
-struct Linearize<'a> {
-    lenses: &'a Lenses<'a>,
-    rays: &'a [Vector3<f64>],
-    placement: &'a Placement,
-    cells: &'a mut [CellEquations],
-}
-
-struct WithCoupling<'a, I> {
-    run: Linearize<'a>,
-    couplings: I,
-}
-
-impl<'c, I: Iterator<Item = &'c mut SMatrix<f64, 2, D>>, const D: usize> Job
-    for WithCoupling<'_, I>
-{
-    type Output = Option<(f64, RunEquations<D>)>;
-
-    fn run<M: CameraModel<N>, const N: usize>(self, params: &[f64; N]) -> Self::Output {
-        let Linearize { lenses, rays, placement, cells } = self.run;
-        let rotation = placement.rotation.matrix();
-        let mut equations = RunEquations::<D>::zeros();
-        let mut cost = 0.0;
-        let places = rays.iter().zip(lenses.pixels).zip(cells);
-        for (((ray, pixel), cell), coupling) in places.zip(self.couplings) {
-            let turned = rotation * ray;
-            let turned_across = rotation * cell.across;
-            *coupling = SMatrix::zeros();
-            for &inverse_depth in lenses.inverse_depths {
-                let point = turned + placement.translation * inverse_depth;
-                let seen = M::linearize(params, &point)?;
-                let residual = seen.pixel - pixel;
-                cost += 0.5 * residual.norm_squared();
-                let wrt_ray = seen.wrt_point * turned_across;
-                cell.hessian += wrt_ray.tr_mul(&wrt_ray);
-                cell.gradient += wrt_ray.tr_mul(&residual);
-                if D == 0 {
-                    continue;
-                }
-                let mut wrt_lens = SMatrix::<f64, 2, D>::zeros();
-                // Turning the consensus by w before the lens looks moves a ray by m x w: rotated back, row x m.
-                let wrt_turned = seen.wrt_point * rotation;
-                for row in 0..2 {
-                    let turn = wrt_turned.row(row).transpose().cross(ray);
-                    for axis in 0..3.min(D) {
-                        wrt_lens[(row, axis)] = turn[axis];
-                    }
-                    for axis in 3..D {
-                        wrt_lens[(row, axis)] = seen.wrt_point[(row, axis - 3)] * inverse_depth;
-                    }
-                }
-                *coupling += wrt_ray.tr_mul(&wrt_lens);
-                equations.hessian += wrt_lens.tr_mul(&wrt_lens);
-                equations.gradient += wrt_lens.tr_mul(&residual);
-            }
+/// Derivatives of a pixel by the turn and the move of its lens.
+#[inline]
+fn wrt_lens<const D: usize>(
+    ray: &Vector3<f64>,
+    wrt_turned: &Matrix2x3<f64>,
+    wrt_point: &Matrix2x3<f64>,
+    inverse_depth: f64,
+) -> SMatrix<f64, 2, D> {
+    let mut wrt_lens = SMatrix::zeros();
+    for row in 0..2 {
+        // Turning the consensus by w before the lens looks moves a ray m by m x w, and row . (m x w) = (row x m) . w.
+        let turn = wrt_turned.row(row).transpose().cross(ray);
+        for axis in 0..3.min(D) {
+            wrt_lens[(row, axis)] = turn[axis];
         }
-        Some((cost, equations))
+        for axis in 3..D {
+            wrt_lens[(row, axis)] = wrt_point[(row, axis - 3)] * inverse_depth;
+        }
+    }
+    wrt_lens
+}
+
+/// Where a lens sees some rays. What is computed with it is compiled once, not for every model.
+#[derive(Debug, Default)]
+pub(super) struct Sight {
+    points: Vec<Vector3<f64>>,
+    pub seen: Vec<Seen>,
+}
+
+/// Where a lens sees a point, and how that changes with the point.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Seen {
+    pub pixel: Vector2<f64>,
+    pub wrt_point: Matrix2x3<f64>,
+}
+
+impl Sight {
+    /// Looks at points on these rays; false when one of them is not seen.
+    pub(super) fn look(
+        &mut self,
+        camera: &Intrinsics,
+        placement: &Placement,
+        inverse_depth: f64,
+        rays: &[Vector3<f64>],
+    ) -> bool {
+        let offset = placement.translation * inverse_depth;
+        self.points.clear();
+        self.points.extend(rays.iter().map(|ray| placement.rotation * ray + offset));
+        self.seen.clear();
+        camera.visit(Look { points: &self.points, seen: &mut self.seen }).is_some()
+    }
+}
+
+struct Look<'a> {
+    points: &'a [Vector3<f64>],
+    seen: &'a mut Vec<Seen>,
+}
+
+impl Job for Look<'_> {
+    type Output = Option<()>;
+
+    fn run<M: CameraModel<N>, const N: usize>(self, params: &[f64; N]) -> Option<()> {
+        for point in self.points {
+            let seen = M::linearize(params, point)?;
+            self.seen.push(Seen { pixel: seen.pixel, wrt_point: seen.wrt_point });
+        }
+        Some(())
     }
 }

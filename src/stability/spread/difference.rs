@@ -4,12 +4,12 @@ use nalgebra::{Matrix3, Rotation3, Vector2, Vector3};
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::consensus::nearest_rotation;
+use super::consensus::{Placement, Seen, Sight, nearest_rotation};
 use super::rays;
 use super::summary::rms;
 use super::{Calibration, default_region};
 use super::{Region, SpreadError, one_size};
-use crate::camera::{CameraModel, Grid, Intrinsics, Job};
+use crate::camera::{Grid, Intrinsics};
 use crate::least_squares::{NormalEquations, Options, Problem, Step, minimize};
 use crate::stats::Sorted;
 
@@ -145,28 +145,18 @@ struct Turn<'a> {
 impl Turn<'_> {
     /// Every residual with its derivatives by a turn of the rays; none when one is not seen.
     fn look(&self, rotation: &Rotation3<f64>) -> Option<Vec<(Vector2<f64>, [Vector3<f64>; 2])>> {
-        self.lens.visit(Look { pixels: self.pixels, rays: self.rays, rotation })
-    }
-}
-
-struct Look<'a> {
-    pixels: &'a [Vector2<f64>],
-    rays: &'a [Vector3<f64>],
-    rotation: &'a Rotation3<f64>,
-}
-
-impl Job for Look<'_> {
-    type Output = Option<Vec<(Vector2<f64>, [Vector3<f64>; 2])>>;
-
-    fn run<M: CameraModel<N>, const N: usize>(self, params: &[f64; N]) -> Self::Output {
-        let look = |(ray, pixel): (&Vector3<f64>, &Vector2<f64>)| {
-            let turned = self.rotation * ray;
-            let seen = M::linearize(params, &turned)?;
+        let placement = Placement { rotation: *rotation, ..Placement::unmoved() };
+        let mut sight = Sight::default();
+        if !sight.look(self.lens, &placement, 0.0, self.rays) {
+            return None;
+        }
+        let residual = |((seen, ray), pixel): ((&Seen, &Vector3<f64>), &Vector2<f64>)| {
+            let turned = rotation * ray;
             // exp(w) turned = turned + w x turned, and row . (w x turned) = (turned x row) . w
             let row = |index: usize| turned.cross(&seen.wrt_point.row(index).transpose());
-            Some((seen.pixel - pixel, [row(0), row(1)]))
+            (seen.pixel - pixel, [row(0), row(1)])
         };
-        self.rays.iter().zip(self.pixels).map(look).collect()
+        Some(sight.seen.iter().zip(self.rays).zip(self.pixels).map(residual).collect())
     }
 }
 

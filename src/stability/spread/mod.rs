@@ -14,7 +14,8 @@ mod tests;
 use nalgebra::{Vector2, Vector3};
 
 use consensus::{Consensus, Lenses, Placement, consensus};
-pub use difference::{Difference, difference};
+pub(in crate::stability) use difference::difference_of_rays;
+pub use difference::{Difference, DifferenceMeasure, difference};
 pub(super) use fields::aligned_deviations;
 use rays::{Deviations, deviations, turned_start, unturned_start};
 pub use region::Region;
@@ -76,8 +77,8 @@ pub(super) struct Compared {
     pub spread: Spread,
     /// Distances between the calibrations of `spread.runs`, in px.
     pub distances: Vec<Vec<f64>>,
-    /// The rays of the consensus, as the calibrations are and rotation-aligned, of each cell.
-    pub mean_rays: [Vec<Vector3<f64>>; 2],
+    /// The rays of the rotation-aligned consensus, of each cell.
+    pub mean_rays: Vec<Vector3<f64>>,
 }
 
 impl Compared {
@@ -201,7 +202,7 @@ struct Found {
     raw: Deviations,
     rotated: Deviations,
     moved: Option<(Deviations, [f64; 3])>,
-    consensus: [Consensus; 2],
+    consensus: Consensus,
 }
 
 impl Found {
@@ -233,12 +234,7 @@ impl Found {
             let moved = consensus::<6>(lenses, rotated.clone())?;
             Some((deviations(lenses, &moved)?, *depths))
         });
-        Some(Self {
-            raw: raw_deviations,
-            rotated: rotated_deviations,
-            moved,
-            consensus: [raw, rotated],
-        })
+        Some(Self { raw: raw_deviations, rotated: rotated_deviations, moved, consensus: rotated })
     }
 
     fn summarise(
@@ -295,7 +291,7 @@ impl Found {
             worst,
             distances_px: (count <= MOST_DISTANCES).then(|| distances.clone()),
         };
-        Ok(Compared { spread, distances, mean_rays: self.consensus.map(|found| found.rays) })
+        Ok(Compared { spread, distances, mean_rays: self.consensus.rays })
     }
 
     fn run_deviation(&self, of: &Calibration, chosen: &Chosen, lens: usize) -> RunDeviation {
@@ -312,7 +308,7 @@ impl Found {
             raw_rms_px: rms(&sizes(&self.raw)),
             max_px: rotated[at],
             max_at: chosen.pixels[at].into(),
-            rotation_deg: self.consensus[1].placements[lens].rotation.angle().to_degrees(),
+            rotation_deg: self.consensus.placements[lens].rotation.angle().to_degrees(),
         }
     }
 }

@@ -1,9 +1,9 @@
 //! The rays of the pixels of a grid in several lenses: which there are, and where a consensus starts from them.
 
-use nalgebra::{Matrix3, Vector2, Vector3};
+use nalgebra::{Matrix2x3, Matrix3, Vector2, Vector3};
 use rayon::prelude::*;
 
-use super::consensus::{BLOCK, Consensus, Lenses, Placement, nearest_rotation};
+use super::consensus::{BLOCK, Consensus, Lenses, Placement, Sight, nearest_rotation};
 use crate::camera::{CameraModel, Intrinsics, Job};
 
 /// What the pixels see through a lens, as unit rays; none where the lens has no ray.
@@ -83,28 +83,19 @@ pub(super) fn unturned_start(
     };
     let mut means: Vec<Option<Vector3<f64>>> =
         (0..pixels.len()).into_par_iter().map(mean).collect();
-    let seen: Vec<Vec<bool>> =
-        cameras.par_iter().map(|camera| camera.visit(Sees(&means))).collect();
-    for (cell, mean) in means.iter_mut().enumerate() {
-        if mean.is_some() && seen.iter().any(|seen| !seen[cell]) {
-            // Beyond the fold of one lens the ray of another may still be within all.
-            let is_common = |ray: &Vector3<f64>| cameras.iter().all(|c| c.project(ray).is_ok());
-            *mean = rays.iter().filter_map(|rays| rays[cell]).find(is_common);
-        }
+    let all: Vec<Vector3<f64>> = means.iter().flatten().copied().collect();
+    let sees_all =
+        |camera: &&Intrinsics| Sight::default().look(camera, &Placement::unmoved(), 0.0, &all);
+    if !cameras.par_iter().all(sees_all) {
+        // Beyond the fold of one lens the ray of another may still be within all.
+        let is_common = |ray: &Vector3<f64>| cameras.iter().all(|c| c.project(ray).is_ok());
+        means.par_iter_mut().enumerate().for_each(|(cell, mean)| {
+            if !mean.as_ref().is_some_and(is_common) {
+                *mean = rays.iter().filter_map(|rays| rays[cell]).find(is_common);
+            }
+        });
     }
     means
-}
-
-struct Sees<'a>(&'a [Option<Vector3<f64>>]);
-
-impl Job for Sees<'_> {
-    type Output = Vec<bool>;
-
-    fn run<M: CameraModel<N>, const N: usize>(self, params: &[f64; N]) -> Vec<bool> {
-        let sees =
-            |ray: &Option<Vector3<f64>>| ray.is_some_and(|ray| M::project(params, &ray).is_some());
-        self.0.iter().map(sees).collect()
-    }
 }
 
 /// Each lens turned by the rotation that carries its own rays nearest to the consensus (Wahba's problem, solved in closed form).
@@ -138,13 +129,26 @@ pub(super) fn deviations(lenses: Lenses, consensus: &Consensus) -> Option<Deviat
     blocks
         .zip(cells)
         .map(|((px, rad2), (pixels, rays))| {
-            let lenses = Lenses { pixels, ..lenses };
-            for (index, (camera, placement)) in
+            let mut sight = Sight::default();
+            let depth_count = lenses.inverse_depths.len();
+            for (lens, (camera, placement)) in
                 lenses.cameras.iter().zip(&consensus.placements).enumerate()
             {
-                let first = index * lenses.inverse_depths.len();
-                let px = px.get_mut(first..)?;
-                camera.visit(Deviate { lenses, rays, placement, px, stride, rad2 })?;
+                for (at, &inverse_depth) in lenses.inverse_depths.iter().enumerate() {
+                    if !sight.look(camera, placement, inverse_depth, rays) {
+                        return None;
+                    }
+                    let out = px.iter_mut().skip(lens * depth_count + at).step_by(stride);
+                    let cells = out.zip(&mut *rad2).zip(rays.iter().zip(pixels));
+                    for (((px, rad2), (ray, pixel)), seen) in cells.zip(&sight.seen) {
+                        *px = seen.pixel - pixel;
+                        let point =
+                            placement.rotation * ray + placement.translation * inverse_depth;
+                        *rad2 += angle2(px, &seen.wrt_point)?
+                            / point.norm_squared()
+                            / depth_count as f64;
+                    }
+                }
             }
             Some(())
         })
@@ -152,33 +156,7 @@ pub(super) fn deviations(lenses: Lenses, consensus: &Consensus) -> Option<Deviat
     Some(Deviations { px, rad2 })
 }
 
-struct Deviate<'a> {
-    lenses: Lenses<'a>,
-    rays: &'a [Vector3<f64>],
-    placement: &'a Placement,
-    px: &'a mut [Vector2<f64>],
-    stride: usize,
-    rad2: &'a mut [f64],
-}
-
-impl Job for Deviate<'_> {
-    type Output = Option<()>;
-
-    fn run<M: CameraModel<N>, const N: usize>(self, params: &[f64; N]) -> Option<()> {
-        let Self { lenses: Lenses { pixels, inverse_depths, .. }, rays, placement, .. } = self;
-        let cells = self.px.chunks_mut(self.stride).zip(self.rad2);
-        for ((px, rad2), (ray, pixel)) in cells.zip(rays.iter().zip(pixels)) {
-            let turned = placement.rotation * ray;
-            for (px, inverse_depth) in px.iter_mut().zip(inverse_depths) {
-                let point = turned + placement.translation * *inverse_depth;
-                let seen = M::linearize(params, &point)?;
-                *px = seen.pixel - pixel;
-                let across = seen.wrt_point * seen.wrt_point.transpose();
-                // The shortest step of the point that does it, as an angle.
-                let angle2 = px.dot(&(across.try_inverse()? * *px)) / point.norm_squared();
-                *rad2 += angle2 / inverse_depths.len() as f64;
-            }
-        }
-        Some(())
-    }
+/// The square of the shortest step of the point that moves its pixel so far.
+fn angle2(px: &Vector2<f64>, wrt_point: &Matrix2x3<f64>) -> Option<f64> {
+    Some(px.dot(&((wrt_point * wrt_point.transpose()).try_inverse()? * px)))
 }
