@@ -37,6 +37,8 @@ import numpy as np
 import pycolmap
 from scipy.stats import chi2
 
+from check_groups import check_groups
+
 EPSILON = np.finfo(float).eps
 MAD_TO_STD = 1.4826  # as the tool states it; 1 / Phi^-1(3/4) is 1.482602...
 FAR_FROM_ZERO = 2  # a mean of as many std, all samples of one sign, can bear a relative std
@@ -54,6 +56,7 @@ class Checks:
         self.count = 0
         self.differences = []
         self.std_px_count = 0
+        self.group_count = 0  # values that are about several groups
         self.skipped = Counter()  # by model: std in px that nothing here can check
 
     def equal(self, what, got, want):
@@ -390,19 +393,25 @@ class Lens:
         return pixels
 
     def rays(self, params, pixels):
-        """The unit rays of those pixels that have one: the pixel is their image, and grows towards it from the axis."""
+        """The unit rays of those pixels that have one."""
+        return self.rays_at(params, pixels)[1]
+
+    def rays_at(self, params, pixels):
+        """The indices of those pixels that have a ray, and the unit rays: the pixel is their image, and grows towards it from
+        the axis."""
         at = self.camera(params).cam_from_img(pixels)
         rays = np.c_[at, np.ones(len(at))]
         if self.focal_count is not None:
             beyond = ~(np.linalg.norm(self.project(params, rays) - pixels, axis=1) < LEADS_BACK_PX)
             rays[beyond] = unproject_polynomial_fisheye(self.focal_count, params, pixels[beyond])
         rays /= np.linalg.norm(rays, axis=1)[:, None]
-        rays = rays[np.linalg.norm(self.project(params, rays) - pixels, axis=1) < LEADS_BACK_PX]
+        seen = np.flatnonzero(np.linalg.norm(self.project(params, rays) - pixels, axis=1) < LEADS_BACK_PX)
+        rays = rays[seen]
         across = np.linalg.norm(rays[:, :2], axis=1)
         angle, axis = np.arctan2(across, rays[:, 2]), rays[:, :2] / across[:, None]
         steps = [self.project(params, along(angle * share, axis)) for share in np.linspace(1e-3, 1, 200)]
         grows = np.all([((b - a) * axis).sum(axis=1) > 0 for a, b in zip(steps, steps[1:])], axis=0)
-        return rays[grows]
+        return seen[grows], rays[grows]
 
     def wrt_param(self, params, index, rays):
         """d pixel / d parameter, by differences of fourth order."""
@@ -553,6 +562,7 @@ def check_path(checks, binary, path, validator):
                 check_statistics(checks, f"{name} {parameter['name']}", parameter)
             check_compensation(checks, name, population)
             check_std_px(checks, name, population)
+        check_groups(checks, path, analysis, Lens, cell_centres, WIDE)
         check_csv(checks, path, out, analysis["populations"])
         check_thesis(checks, path, analysis)
 
@@ -580,7 +590,7 @@ def main():
         skipped = "".join(f", {count} of {model} skipped" for model, count in sorted(checks.skipped.items()) if count)
         print(
             f"{path}: {checks.count} values compared, {len(checks.differences)} differ"
-            f" ({checks.std_px_count} std in px{skipped})",
+            f" ({checks.std_px_count} std in px, {checks.group_count} of several groups{skipped})",
             flush=True,
         )
         compared += checks.count

@@ -45,6 +45,16 @@ impl Grid {
         at.add_scalar(0.5).component_mul(&self.cell)
     }
 
+    /// The cell that a pixel lies in; none outside the image.
+    pub fn cell_at(&self, [x, y]: [f64; 2]) -> Option<usize> {
+        let at = [x / self.cell.x, y / self.cell.y];
+        let is_inside = at[0] >= 0.0 && at[1] >= 0.0;
+        // Whole numbers from 0 on; what is too large for one saturates and lies outside.
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+        let [column, row] = at.map(|at| at.floor() as usize);
+        (is_inside && column < COLUMNS && row < self.rows).then(|| row * COLUMNS + column)
+    }
+
     /// The centres of all cells, in order.
     pub fn pixels(&self) -> impl Iterator<Item = Vector2<f64>> {
         let grid = *self;
@@ -76,6 +86,17 @@ mod tests {
         assert_eq!(grid.pixels().last(), Some(Vector2::new(1190.0, 890.0)));
         let mean = grid.pixels().sum::<Vector2<f64>>() / grid.cell_count() as f64;
         assert!((mean - Vector2::new(600.0, 450.0)).norm() < 1e-9, "{mean}");
+    }
+
+    #[test]
+    fn every_centre_lies_in_its_cell_and_what_is_outside_in_none() {
+        let grid = Grid::new(752, 480);
+        for (index, pixel) in grid.pixels().enumerate() {
+            assert_eq!(grid.cell_at([pixel.x, pixel.y]), Some(index));
+        }
+        for outside in [[-0.1, 5.0], [5.0, -0.1], [752.0, 5.0], [5.0, 480.0], [f64::NAN, 5.0]] {
+            assert_eq!(grid.cell_at(outside), None, "{outside:?}");
+        }
     }
 
     #[test]

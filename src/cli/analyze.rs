@@ -11,6 +11,7 @@ use super::failure::Failure;
 use super::inputs::Inputs;
 use super::output::{OutputFile, write_files};
 use crate::report::{self, plot};
+use crate::stability::spread::Region;
 use crate::stability::{self, Analysis, MatchRule, Options};
 
 /// Report how far the calibrations of repeated reconstructions disagree
@@ -34,6 +35,12 @@ pub(super) struct Analyze {
     #[arg(long)]
     exclude_flagged: bool,
 
+    /// Over which part of the image the spread is: observed, all, or center:0.8 (that share of width and height)
+    ///
+    /// By default what at least half of the runs observed; without images, the whole image.
+    #[arg(long, value_name = "REGION")]
+    region: Option<Region>,
+
     /// Write a report into this folder
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
@@ -44,7 +51,7 @@ pub(super) struct Analyze {
 }
 
 #[derive(Clone, Copy, ValueEnum)]
-enum Match {
+pub(super) enum Match {
     /// By image names in common, else a common folder, else a common pattern of names
     Images,
     /// By CAMERA_ID
@@ -57,7 +64,7 @@ enum Match {
 enum Format {
     /// analysis.json: everything, at full precision (see `calibstab schema`)
     Json,
-    /// runs.csv, samples.csv and statistics.csv
+    /// runs.csv, samples.csv, statistics.csv, spread.csv and run_deviations.csv
     Csv,
     /// report.md
     Md,
@@ -73,6 +80,7 @@ impl Analyze {
             match_by: self.match_by.map(Match::rule),
             pool: self.pool,
             exclude_flagged: self.exclude_flagged,
+            region: self.region,
             ..self.inputs.options()?
         };
         let (runs, skipped) = self.inputs.read(quiet)?;
@@ -98,7 +106,7 @@ impl Analyze {
 }
 
 impl Match {
-    fn rule(self) -> MatchRule {
+    pub(super) fn rule(self) -> MatchRule {
         match self {
             Self::Images => MatchRule::Images,
             Self::Id => MatchRule::Id,
@@ -109,10 +117,14 @@ impl Match {
 
 type CsvTable = fn(&Analysis) -> csv::Result<Vec<u8>>;
 
-const CSV_TABLES: [(&str, CsvTable); 3] = [
+const CSV_TABLES: [(&str, CsvTable); 7] = [
+    ("comparisons.csv", report::comparisons_csv),
+    ("components.csv", report::components_csv),
     ("runs.csv", report::runs_csv),
     ("samples.csv", report::samples_csv),
     ("statistics.csv", report::statistics_csv),
+    ("spread.csv", report::spread_csv),
+    ("run_deviations.csv", report::run_deviations_csv),
 ];
 
 /// The files of a report.

@@ -22,6 +22,10 @@ Examples:
       what its cameras see: field of view, folds, pixels without a ray
   calibstab convert run/sparse/0 --to EUCM --out cameras_eucm.txt
       its cameras in another model, with the error in px
+  calibstab compare a/cameras.txt b/cameras.txt
+      two calibrations of one camera, of whatever models: how far apart in px?
+  calibstab compare --reference known/cameras.txt runs/*/cameras.txt
+      how far is each, and is their mean, off a known calibration?
   calibstab copy run/sparse/0 run/text --text
       a binary model as text
   calibstab synth --repeats 6 --out room && calibstab analyze room

@@ -190,6 +190,15 @@ fn unique_places(located: &[Located]) -> Result<(), Failure> {
     }
 }
 
+/// Reads the one model at a path, as a run of this name.
+pub(super) fn read_one(path: &Path, name: &str) -> Result<Run, Failure> {
+    let failed = |reason: String| Failure::Input(reason);
+    let model = colmap::find_one(path).map_err(|error| failed(error.to_string()))?;
+    let place = Place { group: String::new(), run: name.to_owned() };
+    let located = Located { path: with_slashes(path), place, model };
+    located.read().map_err(|skipped| failed(skipped.reason))
+}
+
 impl Located {
     fn read(self) -> Result<Run, Skipped> {
         let Self { path, place: Place { group, run: name }, model } = self;

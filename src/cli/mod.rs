@@ -1,6 +1,7 @@
 //! The command line: arguments, progress, printing, exit codes; one file a subcommand.
 
 mod analyze;
+mod compare;
 mod convert;
 mod copy;
 mod failure;
@@ -45,6 +46,7 @@ enum Command {
     Inspect(inspect::Inspect),
     Convert(convert::Convert),
     Models(models::Models),
+    Compare(compare::Compare),
     Copy(copy::Copy),
     Synth(synth::Synth),
     Schema(help::Schema),
@@ -78,6 +80,7 @@ impl Cli {
             Command::Inspect(command) => command.run(out),
             Command::Convert(command) => command.run(out, self.quiet),
             Command::Models(command) => command.run(out),
+            Command::Compare(command) => command.run(out, self.quiet),
             Command::Copy(command) => command.run(self.quiet),
             Command::Synth(command) => command.run(self.quiet),
             Command::Schema(command) => command.run(out),

@@ -157,6 +157,6 @@ fn statistics_row(parameter: &Parameter) -> StatisticsRow {
     }
 }
 
-fn finished(rows: Writer<Vec<u8>>) -> csv::Result<Vec<u8>> {
+pub(super) fn finished(rows: Writer<Vec<u8>>) -> csv::Result<Vec<u8>> {
     rows.into_inner().map_err(|error| error.into_error().into())
 }

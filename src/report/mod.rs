@@ -2,17 +2,26 @@
 //!
 //! Draws and never computes: every number shown stands in the analysis.
 
+mod between;
+mod between_csv;
+mod comparison;
 mod csv;
 mod json;
 mod markdown;
 mod number;
 pub mod plot;
+mod run_rows;
 mod sections;
 mod side_by_side;
+mod spread;
+mod spread_csv;
 mod table;
 mod terminal;
 
+pub use between_csv::{comparisons_csv, components_csv};
+pub use comparison::{comparison_json, comparison_text};
 pub use csv::{runs_csv, samples_csv, statistics_csv};
 pub use json::{analysis_json, schema_json};
 pub use markdown::markdown;
+pub use spread_csv::{run_deviations_csv, spread_csv};
 pub use terminal::terminal;

@@ -56,6 +56,18 @@ pub(super) fn value(value: f64) -> String {
     if exact.len() < shown.len() { exact } else { shown }
 }
 
+/// What was computed and not estimated: four significant digits.
+pub(super) fn computed(value: f64) -> String {
+    if value.abs() > 0.0 && !PLAIN.contains(&power(value)) {
+        return format!("{value:.3e}");
+    }
+    if value.abs() > 0.0 {
+        format!("{:.*}", count(3 - power(value)), value)
+    } else {
+        "0".to_owned()
+    }
+}
+
 /// The power of ten of the first digit, of the value rounded to two digits.
 fn power(value: f64) -> i32 {
     let rounded = format!("{:.*e}", count(DIGITS_OF_STD - 1), value);
@@ -90,6 +102,12 @@ mod tests {
         assert_eq!(std(0.009_97), "0.010");
         assert_eq!(std(1.24e-9), "1.2e-9");
         assert_eq!(percent(0.0233), "2.3 %");
+    }
+
+    #[test]
+    fn what_was_computed_has_four_digits() {
+        let written = [30.049_57, 0.229_325_5, 1234.56, 0.0, 3.2e-12].map(computed);
+        assert_eq!(written, ["30.05", "0.2293", "1235", "0", "3.200e-12"]);
     }
 
     #[test]

@@ -157,6 +157,10 @@ fn tone(id: FindingId) -> Tone {
         | FindingId::BogusCamera
         | FindingId::FewImages
         | FindingId::MissingCamera
+        | FindingId::OutlierRun
+        | FindingId::Clusters
+        | FindingId::SharedObservations
+        | FindingId::NoSpread
         | FindingId::MixedStates => Tone::Loud,
         FindingId::UnusedCamera
         | FindingId::MixedCameras

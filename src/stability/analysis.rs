@@ -3,6 +3,10 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use super::spread::{Region, Spread};
+use super::{Clusters, Overlap};
+use super::{Components, GroupComparison};
+
 /// The version of the shape below; grows when a reader of older files would go wrong.
 pub const SCHEMA_VERSION: u32 = 1;
 
@@ -19,6 +23,10 @@ pub struct Analysis {
     pub skipped: Vec<Skipped>,
     /// Every camera of every group, by camera, model, image size and group.
     pub populations: Vec<Population>,
+    /// Every camera that several groups have: which group is the more stable, and whether the runs can tell.
+    pub comparisons: Vec<GroupComparison>,
+    /// Every camera that several groups have under one model: how much of its variance comes from the groups.
+    pub components: Vec<Components>,
     /// What a reader must know before believing the numbers.
     pub findings: Vec<Finding>,
 }
@@ -47,6 +55,8 @@ pub struct Options {
     pub pool: bool,
     /// Runs that are flagged do not enter the statistics.
     pub exclude_flagged: bool,
+    /// Which part of the image the spread is over; none: what was observed, where there are images, else all of it.
+    pub region: Option<Region>,
 }
 
 /// A rule by which cameras of different runs are taken for the same.
@@ -122,6 +132,25 @@ pub struct Population {
     pub parameters: Vec<Parameter>,
     /// How distortion went with the focal length across the runs.
     pub compensation: Vec<Compensation>,
+    /// How all parameters went with each other across the runs.
+    pub correlations: Correlations,
+    /// How far the calibrations disagree in the image; none with fewer than two.
+    pub spread: Option<Spread>,
+    /// Why two calibrations or more have no spread.
+    pub without_spread: Option<String>,
+    /// The parts that the runs fall into, with statistics of each; none when all agree.
+    pub clusters: Option<Clusters>,
+    /// What the runs share; none where a run has no images.
+    pub overlap: Option<Overlap>,
+}
+
+/// How the parameters went with each other across the runs.
+#[derive(Debug, Clone, Default, Serialize, JsonSchema)]
+pub struct Correlations {
+    /// The parameters that have statistics.
+    pub parameters: Vec<String>,
+    /// Pearson's correlation of any two, over the runs that estimated both; none with fewer than three or without variation.
+    pub matrix: Vec<Vec<Option<f64>>>,
 }
 
 /// One parameter of one population.
@@ -261,6 +290,14 @@ pub enum FindingId {
     UnusedCamera,
     /// Cameras of one group differ in model or image size.
     MixedCameras,
+    /// A run lies alone, far from all others, or has no ray where they have.
+    OutlierRun,
+    /// The runs fall into parts that disagree by more than chance.
+    Clusters,
+    /// The runs share nearly all of their observations.
+    SharedObservations,
+    /// Two calibrations or more could not be compared in the image.
+    NoSpread,
     /// A parameter was held in some runs and estimated in others.
     MixedStates,
     /// Every image has a camera of its own.
@@ -286,6 +323,10 @@ impl FindingId {
             Self::MissingCamera => "missing-camera",
             Self::UnusedCamera => "unused-camera",
             Self::MixedCameras => "mixed-cameras",
+            Self::OutlierRun => "outlier-run",
+            Self::Clusters => "clusters",
+            Self::SharedObservations => "shared-observations",
+            Self::NoSpread => "no-spread",
             Self::MixedStates => "mixed-states",
             Self::CameraPerImage => "camera-per-image",
             Self::CameraMatch => "camera-match",
@@ -317,6 +358,10 @@ mod tests {
             FindingId::MissingCamera,
             FindingId::UnusedCamera,
             FindingId::MixedCameras,
+            FindingId::OutlierRun,
+            FindingId::Clusters,
+            FindingId::SharedObservations,
+            FindingId::NoSpread,
             FindingId::MixedStates,
             FindingId::CameraPerImage,
             FindingId::CameraMatch,

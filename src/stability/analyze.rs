@@ -2,16 +2,24 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::between::{SameCamera, comparisons};
+use super::components::components;
 use super::identity::{DecidedBy, MatchError, match_cameras};
+use rayon::prelude::*;
+
+use super::disagreement::{Background, Disagreement, correlations, disagreement};
 use super::image_effect::fill_std_px;
-use super::physical::{CameraOfGroup, labels, physical_cameras};
+use super::physical::{CameraOfGroup, labels, physical_cameras, with_sharers};
 use super::remarks;
 use super::run::CameraInRun;
 use super::screen::{Screened, image_count, screen};
+use super::spread::{Region, View};
 use super::summary::{Place, compensation, parameters};
+use super::view::views;
 use super::{Analysis, Finding, FindingId, Options, Population, Provenance, Run, RunRecord};
 use super::{SCHEMA_VERSION, Skipped};
 use crate::camera::Model;
+use crate::scene::CameraId;
 
 /// The runs of one group with what was found out about them.
 struct Group<'a> {
@@ -22,6 +30,9 @@ struct Group<'a> {
     /// The class of each camera that is used; runs that are not used have none.
     class: BTreeMap<(usize, u32), usize>,
     decided_by: Option<DecidedBy>,
+    /// What each camera observed.
+    views: BTreeMap<(&'a str, CameraId), View>,
+    region: Option<Region>,
 }
 
 /// Analyses runs: how repeatable the parameters of each camera are within each group.
@@ -37,7 +48,7 @@ pub fn analyze(
         .chunk_by(|a, b| a.group == b.group)
         .map(|runs| Group::new(runs, &options))
         .collect::<Result<Vec<_>, _>>()?;
-    let populations = populations(&groups);
+    let (populations, same_cameras) = populations(&groups);
     let mut findings: Vec<Finding> = groups.iter().flat_map(Group::findings).collect();
     findings.extend(remarks::skipped(&skipped));
     findings.extend(remarks::populations(&populations));
@@ -47,6 +58,8 @@ pub fn analyze(
         provenance: Provenance { calibstab_version: env!("CARGO_PKG_VERSION").to_owned(), options },
         runs: groups.iter().flat_map(Group::records).collect(),
         skipped,
+        comparisons: comparisons(&populations, &same_cameras),
+        components: components(&populations),
         populations,
         findings,
     })
@@ -72,7 +85,19 @@ impl<'a> Group<'a> {
             .enumerate()
             .map(|(index, camera)| ((camera.run, camera.id.0), matched.classes.class(index)))
             .collect();
-        Ok(Self { runs, cameras: used, screened, is_used, class, decided_by: matched.by })
+        let of_run = |run: &'a Run| {
+            views(run).into_iter().map(|(camera, view)| ((run.name.as_str(), camera), view))
+        };
+        let seen: Vec<Vec<_>> = runs.par_iter().map(|run| of_run(run).collect()).collect();
+        let views = seen.into_iter().flatten().collect();
+        let (decided_by, region) = (matched.by, options.region);
+        Ok(Self { runs, cameras: used, screened, is_used, class, decided_by, views, region })
+    }
+
+    /// The names of runs that are suspect.
+    fn flagged(&self) -> BTreeSet<&'a str> {
+        let runs = self.runs.iter().zip(&self.screened);
+        runs.filter(|(_, s)| !s.findings.is_empty()).map(|(run, _)| run.name.as_str()).collect()
     }
 
     /// The group's physical cameras: the cameras of its runs, by class.
@@ -132,7 +157,8 @@ impl<'a> Group<'a> {
     }
 }
 
-fn populations(groups: &[Group]) -> Vec<Population> {
+/// The populations, and which of them are calibrations of one camera.
+fn populations(groups: &[Group]) -> (Vec<Population>, Vec<SameCamera>) {
     let mut cameras: Vec<(usize, Vec<&CameraInRun>)> = Vec::new();
     for (index, group) in groups.iter().enumerate() {
         cameras.extend(group.by_class().into_values().map(|cameras| (index, cameras)));
@@ -148,17 +174,31 @@ fn populations(groups: &[Group]) -> Vec<Population> {
                 .collect(),
         })
         .collect();
-    let labels = labels(&of_group, &physical_cameras(&of_group));
+    let classes = physical_cameras(&of_group);
+    let labels = labels(&of_group, &classes);
+    let name = |camera: usize| {
+        (groups[of_group[camera].group].runs[0].group.clone(), labels[camera].clone())
+    };
+    let same_cameras = with_sharers(&of_group, &classes)
+        .into_iter()
+        .map(|(class, members)| SameCamera {
+            camera: labels[class].clone(),
+            members: members.into_iter().map(name).collect(),
+        })
+        .collect();
     let mut populations: Vec<Population> = Vec::new();
-    for ((group, cameras), label) in cameras.iter().zip(labels) {
-        populations.extend(populations_of_camera(&groups[*group], cameras, &label));
-    }
+    let found: Vec<Vec<Population>> = cameras
+        .par_iter()
+        .zip(&labels)
+        .map(|((group, cameras), label)| populations_of_camera(&groups[*group], cameras, label))
+        .collect();
+    populations.extend(found.into_iter().flatten());
     populations.sort_by(|a, b| {
         natord::compare(&a.camera, &b.camera)
             .then((&a.model, a.width, a.height).cmp(&(&b.model, b.width, b.height)))
             .then(natord::compare(&a.group, &b.group))
     });
-    populations
+    (populations, same_cameras)
 }
 
 /// One camera of one group: a population for each model and image size that its runs gave it.
@@ -175,6 +215,8 @@ fn populations_of_camera(group: &Group, cameras: &[&CameraInRun], label: &str) -
         .filter(|(index, _)| cameras.iter().all(|camera| camera.run != *index))
         .map(|(_, run)| run)
         .collect();
+    let flagged = group.flagged();
+    let background = Background { views: &group.views, flagged: &flagged, region: group.region };
     let population =
         |((_, width, height), (model, cameras)): ((&str, u64, u64), (&'static Model, Vec<_>))| {
             let mut places: Vec<Place> = cameras
@@ -185,6 +227,8 @@ fn populations_of_camera(group: &Group, cameras: &[&CameraInRun], label: &str) -
             places.sort_by(|(a, _), (b, _)| natord::compare(&a.name, &b.name));
             let mut parameters = parameters(model, &places);
             let ray_share = fill_std_px(model, [width, height], &mut parameters);
+            let Disagreement { spread, without_spread, clusters, overlap } =
+                disagreement(model, &places, &background);
             Population {
                 group: group.runs[0].group.clone(),
                 camera: label.to_owned(),
@@ -193,7 +237,12 @@ fn populations_of_camera(group: &Group, cameras: &[&CameraInRun], label: &str) -
                 height,
                 ray_share,
                 compensation: compensation(&parameters),
+                correlations: correlations(&parameters),
                 parameters,
+                spread,
+                without_spread,
+                clusters,
+                overlap,
             }
         };
     kinds.into_iter().map(population).collect()

@@ -4,19 +4,33 @@
 
 mod analysis;
 mod analyze;
+mod between;
+mod clusters;
+mod compare;
+mod components;
+mod deviations;
+mod disagreement;
 mod identity;
 mod image_effect;
 mod names;
+mod overlap;
 mod partition;
 mod physical;
 mod remarks;
 mod run;
 mod screen;
+pub mod spread;
 mod summary;
 #[cfg(test)]
 mod testing;
+mod view;
 
 pub use analysis::*;
 pub use analyze::analyze;
+pub use between::{GroupComparison, PairTest, ParameterTest, RankedGroup, TestMethod};
+pub use clusters::{Clusters, Part, PartParameter};
+pub use compare::{CompareError, ComparedCamera, Comparison, ToReference, compare};
+pub use components::{Components, ImageComponents, ParameterComponents, VarianceComponents};
 pub use identity::MatchError;
+pub use overlap::Overlap;
 pub use run::Run;

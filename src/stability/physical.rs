@@ -45,6 +45,33 @@ pub(super) fn physical_cameras(cameras: &[CameraOfGroup]) -> Partition {
     classes
 }
 
+/// The members of each physical camera that took several images, by its class, and with them the one camera that took its
+/// images in a group that has no member: the model that it shares with others there.
+pub(super) fn with_sharers(
+    cameras: &[CameraOfGroup],
+    classes: &Partition,
+) -> BTreeMap<usize, Vec<usize>> {
+    let relatives = relatives(cameras);
+    let mut same: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+    for (index, camera) in cameras.iter().enumerate() {
+        if camera.image_names.len() != 1 {
+            same.entry(classes.class(index)).or_default().push(index);
+        }
+    }
+    for members in same.values_mut() {
+        let groups: BTreeSet<usize> = members.iter().map(|&one| cameras[one].group).collect();
+        let mut sharers: BTreeMap<usize, BTreeSet<usize>> = BTreeMap::new();
+        for &other in members.iter().flat_map(|&one| &relatives[one]) {
+            sharers.entry(cameras[other].group).or_default().insert(other);
+        }
+        let lone = sharers
+            .iter()
+            .filter(|(group, of_group)| !groups.contains(group) && of_group.len() == 1);
+        members.extend(lone.flat_map(|(_, of_group)| of_group));
+    }
+    same
+}
+
 /// Cameras of other groups with which each shares an image name.
 fn relatives(cameras: &[CameraOfGroup]) -> Vec<BTreeSet<usize>> {
     let mut takers: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
@@ -156,6 +183,20 @@ mod tests {
         let shared = "camera 1 (*_cam*.jpg)";
         let (left, right) = ("camera 1 (*_cam0.jpg)", "camera 2 (*_cam1.jpg)");
         assert_eq!(labels_of(&cameras), [left, right, shared, left, right]);
+    }
+
+    #[test]
+    fn a_shared_model_stands_for_each_camera_that_shares_it() {
+        let cameras = [
+            camera(0, 1, &["1_cam0.jpg", "2_cam0.jpg"]),
+            camera(0, 2, &["1_cam1.jpg", "2_cam1.jpg"]),
+            camera(1, 1, &["1_cam0.jpg", "2_cam0.jpg", "1_cam1.jpg", "2_cam1.jpg"]),
+            camera(2, 1, &["2_cam0.jpg", "3_cam0.jpg"]),
+            camera(2, 2, &["2_cam1.jpg", "3_cam1.jpg"]),
+        ];
+        let same: Vec<Vec<usize>> =
+            with_sharers(&cameras, &physical_cameras(&cameras)).into_values().collect();
+        assert_eq!(same, [vec![0, 3, 2], vec![1, 4, 2], vec![2]]);
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::disagreement::remarks as disagreements;
 use super::run::CameraInRun;
 use super::screen::Screened;
 use super::{Finding, FindingId, Parameter, Population, Run, SampleState, Skipped};
@@ -91,6 +92,7 @@ pub(super) fn populations(populations: &[Population]) -> Vec<Finding> {
     for one in populations {
         groups.entry(&one.group).or_default().push(one);
         findings.extend(mixed_states(one));
+        findings.extend(disagreements::of_population(one));
     }
     for (group, populations) in &groups {
         findings.extend(missing(group, populations));
@@ -101,7 +103,12 @@ pub(super) fn populations(populations: &[Population]) -> Vec<Finding> {
     findings
 }
 
-fn of_camera(id: FindingId, population: &Population, runs: Vec<String>, text: String) -> Finding {
+pub(super) fn of_camera(
+    id: FindingId,
+    population: &Population,
+    runs: Vec<String>,
+    text: String,
+) -> Finding {
     let (group, camera) = (Some(population.group.clone()), Some(population.camera.clone()));
     Finding { id, group, camera, runs, text }
 }

@@ -3,9 +3,22 @@
 //! Knows nothing of cameras or runs.
 
 mod correlation;
+mod fisher;
+#[cfg(test)]
+mod levels;
+mod one_way;
+mod repeats;
 mod sorted;
 mod spread_interval;
+#[cfg(test)]
+mod testing;
+mod variance_tests;
 
 pub use correlation::pearson;
+pub use one_way::{OneWay, one_way};
+pub use repeats::Repeats;
 pub use sorted::{BoxPlot, Sorted};
-pub use spread_interval::std_interval_factors;
+pub use spread_interval::{std_interval_factors, std_interval_factors_of_degrees};
+pub use variance_tests::{
+    VarianceTest, brown_forsythe, f_test, f_test_power, holm, samples_needed,
+};

@@ -8,7 +8,11 @@ pub fn std_interval_factors(n: usize, confidence: f64) -> Option<[f64; 2]> {
     if n < 2 {
         return None;
     }
-    let degrees = (n - 1) as f64;
+    std_interval_factors_of_degrees((n - 1) as f64, confidence)
+}
+
+/// The same for any standard deviation with so many degrees of freedom, which need not be whole.
+pub fn std_interval_factors_of_degrees(degrees: f64, confidence: f64) -> Option<[f64; 2]> {
     let chi_square = ChiSquared::new(degrees).ok()?;
     let tail = (1.0 - confidence) / 2.0;
     let factor = |probability| (degrees / quantile(&chi_square, probability)).sqrt();

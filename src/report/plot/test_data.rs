@@ -1,8 +1,8 @@
 //! Analyses to draw in tests, with the statistics that `stability` would give them.
 
 use crate::stability::{
-    Analysis, Compensation, Options, Parameter, ParameterClass, Population, Provenance,
-    SCHEMA_VERSION, Sample, SampleState, Statistics,
+    Analysis, Compensation, Correlations, Options, Parameter, ParameterClass, Population,
+    Provenance, SCHEMA_VERSION, Sample, SampleState, Statistics,
 };
 use crate::stats::{BoxPlot, Sorted, pearson};
 
@@ -25,6 +25,8 @@ pub fn analysis(populations: Vec<Population>) -> Analysis {
         runs: Vec::new(),
         skipped: Vec::new(),
         populations,
+        comparisons: Vec::new(),
+        components: Vec::new(),
         findings: Vec::new(),
     }
 }
@@ -80,6 +82,11 @@ pub fn population(
         ray_share: Some(1.0),
         parameters,
         compensation,
+        correlations: Correlations::default(),
+        spread: None,
+        without_spread: None,
+        clusters: None,
+        overlap: None,
     }
 }
 

@@ -1,0 +1,83 @@
+//! `calibstab compare`.
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+
+use super::analyze::Match;
+use super::failure::Failure;
+use super::inputs::{Inputs, read_one};
+use super::output::write_files;
+use crate::report;
+use crate::stability::spread::Region;
+use crate::stability::{self, Run};
+
+/// Compare calibrations of the same cameras, or set them against a known one
+///
+/// Two: the difference from one to the other and back, in px, as they are and with one turned onto the other. More: their
+/// spread, and the distances between them. With --reference: how far each is off, and their mean. The camera models need not
+/// be the same, the image sizes must.
+#[derive(Args)]
+pub(super) struct Compare {
+    #[command(flatten)]
+    inputs: Inputs,
+
+    /// A known calibration: a cameras file or a model folder
+    #[arg(long, value_name = "PATH")]
+    reference: Option<PathBuf>,
+
+    /// How cameras are matched [default: the only one of each, else by the images they took, else by CAMERA_ID]
+    #[arg(long = "match", value_enum, value_name = "RULE")]
+    match_by: Option<Match>,
+
+    /// Over which part of the image: observed, all, or center:0.8 (that share of width and height)
+    #[arg(long, value_name = "REGION")]
+    region: Option<Region>,
+
+    /// Write comparison.json into this folder
+    #[arg(long, value_name = "FOLDER")]
+    out: Option<PathBuf>,
+
+    /// What is written [default: all]
+    #[arg(long, value_enum, value_delimiter = ',', requires = "out", value_name = "FORMAT,...")]
+    format: Vec<Format>,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Format {
+    /// comparison.json: everything, at full precision
+    Json,
+}
+
+impl Compare {
+    pub(super) fn run(self, out: &mut impl Write, quiet: bool) -> Result<(), Failure> {
+        let failed = |error: &dyn std::error::Error| Failure::Input(error.to_string());
+        let (runs, skipped) = self.inputs.read(quiet)?;
+        for skipped in skipped {
+            writeln!(anstream::stderr(), "skipped: {}", skipped.reason)?;
+        }
+        let reference = match &self.reference {
+            Some(path) => Some(read_one(path, "the reference")?),
+            None => None,
+        };
+        let rule = self.match_by.map(Match::rule);
+        let runs = runs.into_iter().map(named_in_full).collect();
+        let comparison = stability::compare(runs, reference, rule, self.region)
+            .map_err(|error| failed(&error))?;
+        if let Some(folder) = &self.out {
+            let json = report::comparison_json(&comparison).map_err(|error| failed(&error))?;
+            write_files(folder, &[("comparison.json".into(), json.into_bytes())])?;
+            if !quiet {
+                writeln!(anstream::stderr(), "1 file written to {}", folder.display())?;
+            }
+        }
+        Ok(out.write_all(report::comparison_text(&comparison).as_bytes())?)
+    }
+}
+
+/// What `analyze` takes for groups is here part of a calibration's name.
+fn named_in_full(run: Run) -> Run {
+    let name = if run.group.is_empty() { run.name } else { format!("{}/{}", run.group, run.name) };
+    Run { group: String::new(), name, ..run }
+}
