@@ -79,23 +79,23 @@ pub(in crate::stability) fn difference_of_rays(
     lens: &Intrinsics,
     [from, to]: [&str; 2],
 ) -> Result<Difference, SpreadError> {
-    let common: Vec<(usize, Vector2<f64>, Vector3<f64>, Vector3<f64>)> = {
+    let common: Vec<Common> = {
         let pixels: Vec<Vector2<f64>> = rays.iter().map(|(cell, _)| grid.pixel(*cell)).collect();
         let own = rays::rays(lens, &pixels);
         let both = rays.iter().zip(pixels).zip(own);
         both.filter(|((ray, _), _)| lens.project(&ray.1).is_ok())
-            .filter_map(|((&(cell, ray), pixel), own)| Some((cell, pixel, ray, own?)))
+            .filter_map(|((&(cell, ray), pixel), own)| Some(Common { cell, pixel, ray, own: own? }))
             .collect()
     };
-    let pixels: Vec<Vector2<f64>> = common.iter().map(|one| one.1).collect();
+    let pixels: Vec<Vector2<f64>> = common.iter().map(|one| one.pixel).collect();
     let mut turn = Turn {
         pixels: &pixels,
-        rays: &common.iter().map(|one| one.2).collect::<Vec<_>>(),
+        rays: &common.iter().map(|one| one.ray).collect::<Vec<_>>(),
         lens,
         normal: NormalEquations::new(3),
     };
     let raw = turn.look(&Rotation3::identity()).ok_or(SpreadError::NothingInCommon)?;
-    let matrix: Matrix3<f64> = common.iter().map(|(.., ray, own)| own * ray.transpose()).sum();
+    let matrix: Matrix3<f64> = common.iter().map(|one| one.own * one.ray.transpose()).sum();
     let starts = [nearest_rotation(&matrix), Some(Rotation3::identity())];
     let ends = starts.into_iter().flatten().filter_map(|start| {
         minimize(&mut turn, start, &Options::default()).map(|end| (end.cost, end.state))
@@ -104,8 +104,8 @@ pub(in crate::stability) fn difference_of_rays(
     let (_, rotation) =
         ends.min_by(|a, b| a.0.total_cmp(&b.0)).ok_or(SpreadError::NothingInCommon)?;
     let rotated = turn.look(&rotation).ok_or(SpreadError::NothingInCommon)?;
-    let measure = |seen: &[(Vector2<f64>, [Vector3<f64>; 2])]| {
-        let px: Vec<Vector2<f64>> = seen.iter().map(|seen| seen.0).collect();
+    let measure = |residuals: &[Residual]| {
+        let px: Vec<Vector2<f64>> = residuals.iter().map(|residual| residual.px).collect();
         difference_measure(&px, &pixels).ok_or(SpreadError::NothingInCommon)
     };
     Ok(Difference {
@@ -113,7 +113,7 @@ pub(in crate::stability) fn difference_of_rays(
         to: to.to_owned(),
         columns: grid.columns(),
         rows: grid.rows(),
-        cells: common.iter().map(|one| one.0).collect(),
+        cells: common.iter().map(|one| one.cell).collect(),
         cell_share: common.len() as f64 / grid.cell_count() as f64,
         raw: measure(&raw)?,
         rotated: measure(&rotated)?,
@@ -134,6 +134,21 @@ fn difference_measure(px: &[Vector2<f64>], pixels: &[Vector2<f64>]) -> Option<Di
     })
 }
 
+/// A cell that both have a ray of.
+struct Common {
+    cell: usize,
+    pixel: Vector2<f64>,
+    ray: Vector3<f64>,
+    /// The other's.
+    own: Vector3<f64>,
+}
+
+/// How far a ray is off its pixel, and how that changes with a turn of the rays.
+struct Residual {
+    px: Vector2<f64>,
+    wrt_turn: [Vector3<f64>; 2],
+}
+
 /// The search for R.
 struct Turn<'a> {
     pixels: &'a [Vector2<f64>],
@@ -144,7 +159,7 @@ struct Turn<'a> {
 
 impl Turn<'_> {
     /// Every residual with its derivatives by a turn of the rays; none when one is not seen.
-    fn look(&self, rotation: &Rotation3<f64>) -> Option<Vec<(Vector2<f64>, [Vector3<f64>; 2])>> {
+    fn look(&self, rotation: &Rotation3<f64>) -> Option<Vec<Residual>> {
         let placement = Placement { rotation: *rotation, ..Placement::unmoved() };
         let mut sight = Sight::default();
         if !sight.look(self.lens, &placement, 0.0, self.rays) {
@@ -154,7 +169,7 @@ impl Turn<'_> {
             let turned = rotation * ray;
             // exp(w) turned = turned + w x turned, and row . (w x turned) = (turned x row) . w
             let row = |index: usize| turned.cross(&seen.wrt_point.row(index).transpose());
-            (seen.pixel - pixel, [row(0), row(1)])
+            Residual { px: seen.pixel - pixel, wrt_turn: [row(0), row(1)] }
         };
         Some(sight.seen.iter().zip(self.rays).zip(self.pixels).map(residual).collect())
     }
@@ -164,14 +179,14 @@ impl Problem for Turn<'_> {
     type State = Rotation3<f64>;
 
     fn cost(&mut self, state: &Rotation3<f64>) -> Option<f64> {
-        Some(self.look(state)?.iter().map(|(residual, _)| 0.5 * residual.norm_squared()).sum())
+        Some(self.look(state)?.iter().map(|residual| 0.5 * residual.px.norm_squared()).sum())
     }
 
     fn linearize(&mut self, state: &Rotation3<f64>) {
         self.normal.clear();
-        for (residual, rows) in self.look(state).unwrap_or_default() {
-            for (residual, row) in residual.iter().zip(&rows) {
-                self.normal.add(*residual, row.as_slice());
+        for Residual { px, wrt_turn } in self.look(state).unwrap_or_default() {
+            for (px, row) in px.iter().zip(&wrt_turn) {
+                self.normal.add(*px, row.as_slice());
             }
         }
     }
