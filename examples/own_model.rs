@@ -5,24 +5,17 @@
 
 use std::process::ExitCode;
 
-use calibstab::camera::{CameraModel, Linearized, Param, ParamClass, laws};
+use calibstab::camera::param::{focal, principal_point};
+use calibstab::camera::{CameraModel, Linearized, Param, laws};
 use nalgebra::{Matrix2x3, Vector2, Vector3};
 
 /// The lens of this example.
 pub struct Stereographic;
 
-const fn param(name: &'static str, class: ParamClass) -> Param {
-    Param { name, class, unit: "px", is_small: false, range: [f64::NEG_INFINITY, f64::INFINITY] }
-}
-
 impl CameraModel<3> for Stereographic {
     const NAME: &str = "STEREOGRAPHIC";
     const COLMAP_ID: Option<i32> = None;
-    const PARAMS: [Param; 3] = [
-        param("f", ParamClass::Focal),
-        param("cx", ParamClass::PrincipalPoint),
-        param("cy", ParamClass::PrincipalPoint),
-    ];
+    const PARAMS: [Param; 3] = [focal("f"), principal_point("cx"), principal_point("cy")];
     const EXAMPLES: &[[f64; 3]] = &[[400.0, 512.0, 512.0], [250.0, 320.0, 240.0]];
 
     fn linearize(params: &[f64; 3], point: &Vector3<f64>) -> Option<Linearized<3>> {

@@ -9,7 +9,7 @@ mod field_of_view;
 mod grid;
 pub mod laws;
 mod lens;
-mod param;
+pub mod param;
 mod polynomial;
 mod pose;
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! The parameters of a camera model: names and classes.
+//! The parameters of a camera model: names and classes, and how a model states its own.
 
 /// One parameter of a camera model.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -39,47 +39,52 @@ impl Param {
     }
 
     /// The same in another unit than its kind has.
-    pub(super) const fn in_unit(self, unit: &'static str) -> Self {
+    pub const fn in_unit(self, unit: &'static str) -> Self {
         Self { unit, ..self }
     }
 
     /// The same, which most models call otherwise.
-    pub(super) const fn known_as(self, shared_name: &'static str) -> Self {
+    pub const fn known_as(self, shared_name: &'static str) -> Self {
         Self { shared_name, ..self }
     }
 
     /// The same, without effect at this value instead of at zero.
-    pub(super) const fn neutral_at(self, neutral: f64) -> Self {
+    pub const fn neutral_at(self, neutral: f64) -> Self {
         Self { neutral, ..self }
     }
 
     /// The same, a lens only for values from `min` to `max`.
-    pub(super) const fn within(self, min: f64, max: f64) -> Self {
+    pub const fn within(self, min: f64, max: f64) -> Self {
         Self { range: [min, max], ..self }
     }
 
     /// The same, a lens only for values above zero.
-    pub(super) const fn positive(self) -> Self {
+    pub const fn positive(self) -> Self {
         self.within(f64::MIN_POSITIVE, f64::INFINITY)
     }
 }
 
-pub(super) const fn focal(name: &'static str) -> Param {
+/// A focal length in px.
+pub const fn focal(name: &'static str) -> Param {
     Param::new(name, ParamClass::Focal, "px")
 }
 
-pub(super) const fn principal_point(name: &'static str) -> Param {
+/// A coordinate of the principal point.
+pub const fn principal_point(name: &'static str) -> Param {
     Param::new(name, ParamClass::PrincipalPoint, "px")
 }
 
-pub(super) const fn polynomial(name: &'static str) -> Param {
+/// A dimensionless polynomial coefficient, which a real lens keeps within [-1, 1].
+pub const fn polynomial(name: &'static str) -> Param {
     Param { is_small: true, ..extra(name) }
 }
 
-pub(super) const fn extra(name: &'static str) -> Param {
+/// Distortion of another kind, or what else is estimated.
+pub const fn extra(name: &'static str) -> Param {
     Param::new(name, ParamClass::Extra, "")
 }
 
-pub(super) const fn metadata(name: &'static str) -> Param {
+/// Part of the description of the camera, in px.
+pub const fn metadata(name: &'static str) -> Param {
     Param::new(name, ParamClass::Metadata, "px")
 }
