@@ -9,7 +9,7 @@ pub struct Param {
     pub class: ParamClass,
     /// The unit of its values; empty where they have none.
     pub unit: &'static str,
-    /// A dimensionless polynomial coefficient, which a real lens keeps within [-1, 1].
+    /// A dimensionless polynomial coefficient, which a real lens keeps within -1 and 1.
     pub is_small: bool,
     /// The name that most models have for what this parameter does; its own, unless it goes by another here.
     pub shared_name: &'static str,
@@ -74,7 +74,7 @@ pub const fn principal_point(name: &'static str) -> Param {
     Param::new(name, ParamClass::PrincipalPoint, "px")
 }
 
-/// A dimensionless polynomial coefficient, which a real lens keeps within [-1, 1].
+/// A dimensionless polynomial coefficient, which a real lens keeps within -1 and 1.
 pub const fn polynomial(name: &'static str) -> Param {
     Param { is_small: true, ..extra(name) }
 }
