@@ -12,7 +12,8 @@ use nalgebra::{Matrix2x3, Vector2, Vector3};
 pub struct Stereographic;
 
 const fn param(name: &'static str, class: ParamClass) -> Param {
-    Param { name, class, unit: "px", is_small: false, range: [f64::NEG_INFINITY, f64::INFINITY] }
+    let range = [f64::NEG_INFINITY, f64::INFINITY];
+    Param { name, class, unit: "px", is_small: false, shared_name: name, neutral: 0.0, range }
 }
 
 impl CameraModel<3> for Stereographic {
