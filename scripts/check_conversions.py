@@ -49,7 +49,7 @@ CASES = [
     (FISHEYE, "FOV", False),
     (FISHEYE, "RADIAL_FISHEYE", False),
     (("EUCM", 640, 480, [500.0, 490.0, 320.0, 240.0, 0.6, 1.1]), "OPENCV", False),
-    (("DIVISION", 640, 480, [500.0, 490.0, 320.0, 240.0, -0.2]), "FULL_OPENCV", False),
+    (("DIVISION", 640, 480, [500.0, 490.0, 320.0, 240.0, -0.2]), "OPENCV", False),
 ]
 
 
@@ -107,8 +107,10 @@ def check(calibstab, source, to, is_contained, folder):
     if fields[1:4] != [to, str(width), str(height)]:
         return f"wrote {' '.join(fields)}"
     found = np.array([float(field) for field in fields[4:]])
-    pixels = cell_centres(width, height)
-    rays = np.column_stack([camera(*source).cam_from_img(pixels), np.ones(len(pixels))])
+    rays = camera(*source).cam_from_img(cell_centres(width, height))
+    rays = np.column_stack([rays, np.ones(len(rays))])
+    # Back again, since cam_from_img ends 1e-8 px short of the centres.
+    pixels = camera(*source).img_from_cam(rays)
     target = camera(to, width, height, found)
     differences = errors(target, found, rays, pixels)
     rms, largest = rms_px(differences), np.linalg.norm(differences, axis=1).max()
