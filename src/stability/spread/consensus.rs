@@ -77,6 +77,17 @@ pub(super) fn nearest_rotation(matrix: &Matrix3<f64>) -> Option<Rotation3<f64>> 
     Some(Rotation3::from_matrix_unchecked(u * Matrix3::from_diagonal(&handedness) * v_t))
 }
 
+/// A rotation as a vector along its axis, as long as its angle in rad. From the sine as well as the cosine, since near no
+/// rotation the cosine alone has half of the digits, and rounding lifts it above 1.
+pub(super) fn rotation_vector(rotation: &Rotation3<f64>) -> Vector3<f64> {
+    let matrix = rotation.matrix();
+    let twist = (matrix - matrix.transpose()) / 2.0;
+    let axis = Vector3::new(twist[(2, 1)], twist[(0, 2)], twist[(1, 0)]);
+    let sine = axis.norm();
+    let angle = sine.atan2((matrix.trace() - 1.0) / 2.0);
+    if sine > 0.0 { axis * (angle / sine) } else { Vector3::zeros() }
+}
+
 /// Two unit vectors across a unit ray.
 pub(super) fn across(ray: &Vector3<f64>) -> Matrix3x2<f64> {
     let mut axis = Vector3::zeros();

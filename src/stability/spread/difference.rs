@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Rotation3, Vector2, Vector3};
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::consensus::{Placement, Seen, Sight, nearest_rotation};
+use super::consensus::{Placement, Seen, Sight, nearest_rotation, rotation_vector};
 use super::rays;
 use super::summary::rms;
 use super::{Calibration, default_region};
@@ -117,8 +117,8 @@ pub(in crate::stability) fn difference_of_rays(
         cell_share: common.len() as f64 / grid.cell_count() as f64,
         raw: measure(&raw)?,
         rotated: measure(&rotated)?,
-        rotation_deg: rotation.scaled_axis().map(f64::to_degrees).into(),
-        rotation_angle_deg: rotation.angle().to_degrees(),
+        rotation_deg: rotation_vector(&rotation).map(f64::to_degrees).into(),
+        rotation_angle_deg: rotation_vector(&rotation).norm().to_degrees(),
     })
 }
 

@@ -13,7 +13,7 @@ mod tests;
 
 use nalgebra::{Vector2, Vector3};
 
-use consensus::{Consensus, Lenses, Placement, consensus};
+use consensus::{Consensus, Lenses, Placement, consensus, rotation_vector};
 pub(in crate::stability) use difference::difference_of_rays;
 pub use difference::{Difference, DifferenceMeasure, difference};
 pub(super) use fields::aligned_deviations;
@@ -308,7 +308,9 @@ impl Found {
             raw_rms_px: rms(&sizes(&self.raw)),
             max_px: rotated[at],
             max_at: chosen.pixels[at].into(),
-            rotation_deg: self.consensus.placements[lens].rotation.angle().to_degrees(),
+            rotation_deg: rotation_vector(&self.consensus.placements[lens].rotation)
+                .norm()
+                .to_degrees(),
         }
     }
 }

@@ -149,6 +149,8 @@ fn one_lens_in_another_models_words_is_the_same() {
     let (plain, other) = (spread_of(&simple), spread_of(&opencv));
     let mixed = spread_of(&[simple[0], opencv[1], simple[2]]);
     assert!(plain.rotated.rms_px > 0.1);
+    // Lenses that are round about one centre cannot be turned to any use.
+    assert!(plain.runs.iter().all(|run| run.rotation_deg < 1e-9), "{:?}", plain.runs);
     for other in [other, mixed] {
         for (a, b) in plain.rotated.map_px.iter().zip(&other.rotated.map_px) {
             assert!((a - b).abs() < 1e-9, "{a} {b}");
@@ -165,6 +167,15 @@ fn images_of_two_sizes_are_refused() {
     assert_eq!(error.to_string(), "image sizes differ: a of 640 x 480, b of 1280 x 960");
     assert!(difference(&calibration("a", &one), &calibration("b", &other), None).is_err());
     assert!(matches!(spread(&[calibration("a", &one)], None), Err(SpreadError::TooFew)));
+}
+
+#[test]
+fn a_rotation_vector_keeps_its_digits_however_small_the_rotation() {
+    for angle in [3.0, 0.1, 1e-6, 1e-12] {
+        let wanted = Vector3::new(0.6, 0.0, -0.8) * angle;
+        let found = super::consensus::rotation_vector(&Rotation3::from_scaled_axis(wanted));
+        assert!((found - wanted).norm() < 1e-14 * angle.max(1e-3), "{found} {wanted}");
+    }
 }
 
 /// Turns spread evenly over all directions, of about this angle.
