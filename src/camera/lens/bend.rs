@@ -99,8 +99,8 @@ pub fn brown<const R: usize, const K: usize>(
     unfolded(Bent { at: radial.at + decentring.at, wrt_at, wrt_coefficients })
 }
 
-/// None where the map turns the plane over.
+/// None where the map turns the plane over, once or twice.
 #[inline(always)]
 pub fn unfolded<const K: usize>(bent: Bent<K>) -> Option<Bent<K>> {
-    (bent.wrt_at.determinant() > 0.0).then_some(bent)
+    (bent.wrt_at.determinant() > 0.0 && bent.wrt_at.trace() > 0.0).then_some(bent)
 }
