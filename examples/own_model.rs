@@ -22,15 +22,14 @@ impl CameraModel<3> for Stereographic {
         let [f, cx, cy] = *params;
         let d = point.norm();
         let w = 0.5 * (d + point.z);
-        // Straight behind the camera is everywhere in the image.
-        if w <= 1e-9 * d {
-            return None;
-        }
+        // Straight behind the camera is everywhere in the image, and what is no number nowhere.
+        let is_seen = w > 1e-9 * d;
         let at = point.xy() / w;
         let wrt_w = (point / d + Vector3::z()) * 0.5;
         let wrt_point = (Matrix2x3::identity() - at * wrt_w.transpose()) * (f / w);
-        let wrt_params = nalgebra::Matrix2x3::new(at.x, 1.0, 0.0, at.y, 0.0, 1.0);
-        Some(Linearized { pixel: at * f + Vector2::new(cx, cy), wrt_point, wrt_params })
+        let wrt_params = Matrix2x3::new(at.x, 1.0, 0.0, at.y, 0.0, 1.0);
+        let pixel = at * f + Vector2::new(cx, cy);
+        is_seen.then_some(Linearized { pixel, wrt_point, wrt_params })
     }
 
     fn unproject(params: &[f64; 3], pixel: &Vector2<f64>) -> Option<Vector3<f64>> {

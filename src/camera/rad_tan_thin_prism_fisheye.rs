@@ -88,7 +88,7 @@ fn bent(
         wrt_coefficients.set_column(column, &Vector2::new(power, 0.0));
         wrt_coefficients.set_column(column + 2, &Vector2::new(0.0, power));
     }
-    if wrt_radial.determinant() <= 0.0 {
+    if wrt_radial.determinant() <= 0.0 || wrt_radial.trace() <= 0.0 {
         return None;
     }
     let wrt_at = wrt_radial * radial.wrt_at;

@@ -261,6 +261,11 @@ mod tests {
         let found = camera.fold_radius_px(&-Vector2::x()).unwrap();
         assert!((found - 500.0 / (12.0 * 0.05)).abs() < 1e-5, "{found}");
         assert_eq!(camera.fold_radius_px(&Vector2::x()), None);
+        // Beyond u = -1 / (2 p2) it is turned over twice, and looks right again.
+        for u in [-3.4, -9.9, -10.1, -50.0] {
+            let error = camera.project(&Vector3::new(u, 0.0, 1.0)).unwrap_err();
+            assert_eq!(error, CameraError::ProjectionOutOfBounds, "{u}");
+        }
         assert!(
             !camera.folds_inside(640, 480) && Intrinsics::OpenCv(moved).folds_inside(1280, 480)
         );

@@ -119,10 +119,10 @@ fn stretches_more<const R: usize>(k: &[f64; R], [p1, p2]: [f64; 2], r2: f64) -> 
     1.0 + fall > 3.0 * (p1.abs() + p2.abs()) * (1.0 + r2)
 }
 
-/// None where the map turns the plane over.
+/// None where the map turns the plane over, once or twice.
 #[inline(always)]
 pub fn unfolded<const K: usize>(bent: Bent<K>) -> Option<Bent<K>> {
-    (bent.wrt_at.determinant() > 0.0).then_some(bent)
+    (bent.wrt_at.determinant() > 0.0 && bent.wrt_at.trace() > 0.0).then_some(bent)
 }
 
 #[cfg(test)]
