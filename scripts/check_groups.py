@@ -7,7 +7,6 @@ from collections import defaultdict
 
 import numpy as np
 from scipy import stats
-from scipy.spatial.transform import Rotation
 
 TAIL = 0.025
 LEVEL, POWER, RATIO, MOST_SAMPLES = 0.05, 0.8, 2.0, 10_000
@@ -16,9 +15,6 @@ MOST_GROUPS = 24
 LIMIT = 2.8
 PARAMETER, PIXEL = 1e-9, 1e-6  # relative, of what is derived
 SPREAD = 1e-8
-# Aligned: a sum of squares at its minimum is as exact as it stands still; its parts, and what comes of them, are less so.
-ALIGNED, LOOSE = 1e-6, 1e-3
-MOST_ALIGNED = 6  # cameras: more take minutes here; what is said of them is then not checked, and counted
 
 
 def degrees_of(rows):
@@ -78,9 +74,13 @@ def check_test(checks, name, got, rows, tolerance):
     relative(checks, f"{name} ratio", got["ratio"], std_of(rows[0]) / std_of(rows[1]), tolerance)
     relative(checks, f"{name} f", got["f"], f, tolerance)
     relative(checks, f"{name} p", got["p"], p, tolerance)
-    own = [degrees_of(one) for one in rows]
+    check_outlook(checks, name, got, [degrees_of(one) for one in rows], tolerance)
+
+
+def check_outlook(checks, name, got, own, tolerance):
+    """The power, and the n that are needed, by the samples' own degrees."""
     relative(checks, f"{name} power", got["power_at_2"], f_power(RATIO, own), tolerance)
-    columns = min(d / (len(one) - 1) for d, one in zip(own, rows))
+    columns = min(d / (n - 1) for d, n in zip(own, got["n"]))
     for key, ratio in (("n_for_2", RATIO), ("n_for_ratio", got["ratio"])):
         n = got[key]
         power = lambda n: f_power(ratio, [(n - 1) * columns] * 2)
@@ -117,8 +117,7 @@ class Rays:
         return self.known[key]
 
     def deviations(self, populations, together):
-        """Rows of deviations for each population, raw and aligned, and the share of the image; None where pycolmap sees nothing in
-        common."""
+        """Rows of raw deviations for each population, and the share of the image; None where pycolmap sees nothing in common."""
         first = populations[0]
         pixels = self.cell_centres(first["width"], first["height"])
         fields = [[self.of(one, params) for params in vectors_of(one)] for one in populations]
@@ -127,33 +126,17 @@ class Rays:
             seen &= set(cells.tolist())
         cells = np.array(sorted(seen), int)
         if len(cells) == 0:
-            return None, None, 0.0
+            return None, 0.0
         rays = [[ray[np.searchsorted(at, cells)] for at, ray in of_group] for of_group in fields]
         projects = [[self.projection(one, params) for params in vectors_of(one)] for one in populations]
         sets = [range(len(populations))] if together else [[i] for i in range(len(populations))]
-        raw, aligned = [None] * len(populations), [None] * len(populations)
+        raw = [np.zeros((0, 2 * len(cells)))] * len(populations)
         for members in sets:
             seen_by = [ray for i in members for ray in rays[i]]
-            project = [p for i in members for p in projects[i]]
-            if not project:
-                continue
-            consensus = unit(sum(seen_by))
-            is_few = len(project) <= MOST_ALIGNED
-            fields = [p(consensus) - pixels[cells] for p in project], align(project, seen_by, pixels[cells]) if is_few else []
-            for rows, field in zip((raw, aligned), fields):
-                left = iter(field)
-                for i in members:
-                    of_group = [next(left, None) for _ in projects[i]]
-                    if all(field is not None for field in of_group):
-                        rows[i] = np.array([field.ravel() for field in of_group]) / math.sqrt(len(cells))
-                    else:
-                        aligned = None
-                        break
-                if aligned is None:
-                    return raw, None, len(cells) / len(pixels)
-        empty = np.zeros((0, 2 * len(cells)))
-        raw, aligned = ([empty if one is None else one for one in rows] for rows in (raw, aligned))
-        return raw, aligned, len(cells) / len(pixels)
+            for i in members:
+                off = [(project(unit(sum(seen_by))) - pixels[cells]).ravel() for project in projects[i]]
+                raw[i] = np.array(off).reshape(-1, 2 * len(cells)) / math.sqrt(len(cells))
+        return raw, len(cells) / len(pixels)
 
     def projection(self, population, params):
         lens = self.lens_class(population["model"], population["width"], population["height"])
@@ -164,79 +147,55 @@ def unit(rays):
     return rays / np.linalg.norm(rays, axis=-1, keepdims=True)
 
 
-def align(projects, rays, pixels, step=1e-5):
-    """Rotations and consensus rays that minimise the squared deviations, by turns, until the sum stands still. Derivatives by
-    differences: where they are wrong the search is slower, not its end another."""
-    mean = unit(sum(rays))
-    rotations = []
-    for own in rays:
-        u, _, v = np.linalg.svd(own.T @ mean)
-        rotations.append(u @ np.diag([1, 1, np.linalg.det(u @ v)]) @ v)
-    axes = np.eye(3)
-    best = math.inf
-    for _ in range(40):
-        off = [project(mean @ r.T) - pixels for project, r in zip(projects, rotations)]
-        total = sum((o**2).sum() for o in off)
-        if not total < best * (1 - 1e-10):
-            break
-        best = total
-        for i, (project, r) in enumerate(zip(projects, rotations)):
-            at = mean @ r.T
-            moved = [project(at + step * np.cross(axis, at)) - project(at - step * np.cross(axis, at)) for axis in axes]
-            slope = np.stack(moved, axis=-1).reshape(-1, 3) / (2 * step)
-            turn = Rotation.from_rotvec(np.linalg.lstsq(slope, -off[i].ravel(), rcond=None)[0])
-            rotations[i] = turn.as_matrix() @ r
-        across = unit(np.cross(mean, axes[np.argmin(np.abs(mean), axis=1)]))
-        across = np.stack([across, np.cross(mean, across)], axis=1)
-        normal, gradient = np.zeros((len(mean), 2, 2)), np.zeros((len(mean), 2))
-        for project, r in zip(projects, rotations):
-            moved = [project((mean + step * across[:, k]) @ r.T) - project((mean - step * across[:, k]) @ r.T) for k in (0, 1)]
-            slope = np.stack(moved, axis=-1) / (2 * step)
-            normal += slope.transpose(0, 2, 1) @ slope
-            gradient += ((project(mean @ r.T) - pixels)[:, None, :] @ slope)[:, 0]
-        mean = unit(mean - (np.linalg.solve(normal, gradient[..., None]) * across.transpose(0, 1, 2)).sum(axis=1))
-    return off
+def check_stated_test(checks, name, got, degrees):
+    """A test of aligned spreads: what follows from the std, degrees and method that are stated."""
+    relative(checks, f"{name} ratio", got["ratio"], got["std"][0] / got["std"][1], PARAMETER)
+    is_f = got["method"] == "f"
+    checks.equal(f"{name} method", is_f, min(got["n"]) < BROWN_FORSYTHE_FROM)
+    if is_f:
+        relative(checks, f"{name} f", got["f"], got["ratio"] ** 2, PARAMETER)
+        checks.equal(f"{name} degrees", got["degrees"], degrees)
+    tails = stats.f.sf(got["f"], *got["degrees"]), stats.f.cdf(got["f"], *got["degrees"])
+    relative(checks, f"{name} p", got["p"], min(1.0, 2 * min(tails)) if is_f else tails[0], PARAMETER)
+    check_outlook(checks, name, got, degrees, PARAMETER)
 
 
 def check_comparison(checks, name, comparison, population_of, rays, wide):
+    """Raw spreads are derived from rays; of the aligned ones, whose search is not repeated here, what follows from them."""
     ranking = comparison["ranking"]
     size = (comparison["width"], comparison["height"])
     members = [population_of[one["group"], one["camera"], one["model"], *size] for one in ranking]
-    raw, rows, share = rays.deviations(members, together=False)
+    raw, share = rays.deviations(members, together=False)
     if any(one["model"] in wide for one in members) and comparison["image_share"] != share:
         checks.skipped["groups with wide models"] += 1
         return
-    checks.equal(f"{name} image_share", comparison["image_share"], share if rows else None)
-    if raw and rows is None:
-        checks.skipped["comparisons of many cameras"] += 1
-        return
-    raw, rows = (given or [np.zeros((0, 1))] * len(members) for given in (raw, rows))
-    spreads = [std_of(one) if len(one) > 1 else 0.0 for one in rows]
-    order = [spread if spread > 0 else math.inf for spread in spreads]
-    checks.equal(f"{name} is ranked", bool(np.all(np.diff([o for o in order if o < math.inf]) >= -ALIGNED)), True)
-    checks.equal(f"{name} ranks those without a spread last", sorted(map(math.isinf, order)), list(map(math.isinf, order)))
-    for one, of_group in zip(ranking, raw):
-        if one["raw_spread_px"] is not None:
-            relative(checks, f"{name} {one['group']} raw_spread_px", one["raw_spread_px"], std_of(of_group), SPREAD)
-    for one, of_group, spread in zip(ranking, rows, spreads):
-        checks.equal(f"{name} {one['group']} has a spread", one["spread_px"] is not None, spread > 0)
-        if one["spread_px"] is None or spread == 0:
+    checks.equal(f"{name} image_share", comparison["image_share"], share if raw else None)
+    for one, of_group in zip(ranking, raw or []):
+        what = f"{name} {one['group']}"
+        checks.equal(f"{what} n", one["n"], len(of_group))
+        if one["raw_spread_px"] is None or one["spread_px"] is None:
+            checks.equal(f"{what} has too few for a spread", len(of_group) < 2 or std_of(of_group) == 0, True)
             continue
-        checks.equal(f"{name} {one['group']} n", one["n"], len(of_group))
-        relative(checks, f"{name} {one['group']} spread_px", one["spread_px"], spread, ALIGNED)
-        degrees = degrees_of(of_group)
-        relative(checks, f"{name} {one['group']} degrees", one["degrees"], degrees, LOOSE)
+        relative(checks, f"{what} raw_spread_px", one["raw_spread_px"], std_of(of_group), SPREAD)
+        checks.equal(f"{what} aligned is below raw", one["spread_px"] <= one["raw_spread_px"] * (1 + 1e-3), True)
+        degrees = one["degrees"]
+        checks.equal(f"{what} degrees are of one column at least, and of rows at most",
+                     len(of_group) - 1 <= degrees * (1 + 1e-12) and degrees <= (len(of_group) - 1) ** 2 * (1 + 1e-12), True)
         for end, tail in enumerate((1 - TAIL, TAIL)):
-            want = spread * math.sqrt(degrees / stats.chi2.ppf(tail, degrees))
-            relative(checks, f"{name} {one['group']} interval", one["spread_interval_95"][end], want, LOOSE)
-
-    found = [i for i, spread in enumerate(spreads) if spread > 0] if len(ranking) <= MOST_GROUPS else []
-    pairs = [(more, less) for i, less in enumerate(found) for more in found[i + 1 :]]
+            want = one["spread_px"] * math.sqrt(degrees / stats.chi2.ppf(tail, degrees))
+            relative(checks, f"{what} interval", one["spread_interval_95"][end], want, PARAMETER)
+    found = [one for one in ranking if one["spread_px"] is not None]
+    spreads = [one["spread_px"] for one in found]
+    checks.equal(f"{name} is ranked", spreads, sorted(spreads))
+    checks.equal(f"{name} ranks those without a spread last", found, ranking[: len(found)])
+    pairs = [(more, less) for i, less in enumerate(found) for more in found[i + 1 :] if len(ranking) <= MOST_GROUPS]
     checks.equal(f"{name} pairs", len(comparison["spreads"]), len(pairs))
-    for got, (more, less) in zip(comparison["spreads"], pairs):
+    for got, pair in zip(comparison["spreads"], pairs):
         what = f"{name} spread of {got['groups']}"
-        checks.equal(what, got["groups"], [ranking[more]["group"], ranking[less]["group"]])
-        check_test(checks, what, got, [rows[more], rows[less]], LOOSE)
+        checks.equal(what, got["groups"], [one["group"] for one in pair])
+        checks.equal(f"{what} std", got["std"], [one["spread_px"] for one in pair])
+        checks.equal(f"{what} n", got["n"], [one["n"] for one in pair])
+        check_stated_test(checks, what, got, [one["degrees"] for one in pair])
     check_holm(checks, f"{name} spreads", comparison["spreads"])
     check_parameter_tests(checks, name, comparison, members)
 
@@ -365,7 +324,7 @@ def check_components(checks, path, analysis, rays, wide):
         for one in got["parameters"]:
             what = f"{name} {one['parameter']}"
             check_variance_components(checks, what, one["components"], values[one["parameter"]], PARAMETER)
-        raw, aligned, share = rays.deviations(members, together=True)
+        raw, share = rays.deviations(members, together=True)
         if key[0][1] in wide and (got["image"] or {"image_share": 0})["image_share"] != share:
             checks.skipped["components of wide models"] += 1
             continue
@@ -373,10 +332,6 @@ def check_components(checks, path, analysis, rays, wide):
         if got["image"] and raw:
             checks.equal(f"{name} image_share", got["image"]["image_share"], share)
             check_variance_components(checks, f"{name} raw image", got["image"]["raw"], raw, PIXEL)
-            if aligned is None:
-                checks.skipped["aligned components of many cameras"] += 1
-                continue
-            check_variance_components(checks, f"{name} aligned image", got["image"]["aligned"], aligned, LOOSE)
     checks.equal(f"{path}: components of what is no family", list(got_of), [])
 
 
