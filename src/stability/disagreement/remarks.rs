@@ -71,7 +71,7 @@ fn shared_observations(one: &Population) -> Option<Finding> {
     let text = format!(
         "{}: its runs share {:.0} % of their observations: these repeats show the solver's repeatability only",
         one.camera,
-        (100.0 * overlap.shared_fraction).floor()
+        100.0 * overlap.shared_fraction
     );
     Some(of_camera(FindingId::SharedObservations, one, Vec::new(), text))
 }
