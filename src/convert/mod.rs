@@ -70,7 +70,7 @@ pub const EXACT_PX: f64 = 1e-9;
 /// let camera = Model::named("SIMPLE_RADIAL")?.with_params(&[500.0, 320.0, 240.0, -0.1])?;
 /// let to = |name| convert(&camera, [640, 480], Model::named(name)?, Folds::Refused);
 /// assert_eq!(to("OPENCV")?.how, How::Exact);
-/// assert!(matches!(to("DIVISION")?.how, How::Fitted(fit) if fit.rms_px < 0.1));
+/// assert!(matches!(to("OPENCV_FISHEYE")?.how, How::Fitted(fit) if fit.rms_px < 0.01));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn convert(
