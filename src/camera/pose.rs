@@ -15,7 +15,7 @@ impl<const N: usize> Linearized<N> {
     ///
     /// The point X in the world is then seen at R (Exp(phi) X + V(phi) rho) + t, V(0) = 1, so that at rho = phi = 0
     ///
-    ///   d (point in camera) / d (rho, phi) = R (1 | -skew(X))
+    /// `d (point in camera) / d (rho, phi) = R [1, -[X]x]`
     ///
     /// phi turns about the world's origin, in radians; rho is in the world's unit and along its axes. J. Sola, J. Deray,
     /// D. Atchuthan, A micro Lie theory for state estimation in robotics, 2018.
