@@ -7,6 +7,7 @@
 //! Each arrow is a function from plain data to plain data. The library never prints, exits, or panics on input; `cli` does
 //! the first two.
 
+pub mod bundle;
 pub mod camera;
 pub mod cli;
 pub mod colmap;

@@ -6,6 +6,7 @@ mod compact;
 mod id;
 mod keypoints;
 mod points;
+mod pose;
 
 use std::collections::BTreeMap;
 
