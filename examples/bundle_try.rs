@@ -11,6 +11,7 @@ fn main() {
     let adjusted = bundle::adjust(scene, &options, &mut |t| {
         println!("{} cost {:.9e} fall {:?} predicted {:.3e} grad {:.3e} len {:.3e} damping {:.1e} gain {:.3}", t.iteration, t.cost, t.fall, t.step.map_or(0.0, |s| s.predicted), t.step.map_or(0.0, |s| s.gradient),t.step.map_or(0.0, |s| s.length), t.damping, t.fall.unwrap_or(f64::NAN)/t.step.map_or(0.0, |s| s.predicted));
     }).unwrap();
-    println!("{:?} {:?}", t.elapsed(), adjusted.outcome);
+    println!("{:?} {:?}", t.elapsed(), (adjusted.outcome.reason, adjusted.outcome.iterations, adjusted.outcome.cost, adjusted.outcome.unknowns, adjusted.outcome.rank, adjusted.outcome.sigma_px, adjusted.outcome.dropped));
+    println!("{:?}", adjusted.outcome.covariance.as_ref().map(|c| (c.stds(), c.open.clone())));
     for c in adjusted.scene.cameras.values() { println!("{:?}", c.intrinsics); }
 }

@@ -19,6 +19,12 @@ pub enum BundleError {
         /// Those that no lens sees.
         unprojectable: usize,
     },
+    /// The cost at the start overflows.
+    #[error("the residuals at the start are beyond all numbers")]
+    NoCost,
+    /// An adjusted camera is none.
+    #[error("camera {0} was adjusted to what is no camera: {1}")]
+    NoLens(CameraId, crate::camera::CameraError),
     /// A camera was named that the scene does not have.
     #[error("there is no camera {0}")]
     NoCamera(CameraId),

@@ -1,10 +1,11 @@
 //! Self-calibration bundle adjustment: poses, points and the intrinsics that images share, to the least sum of (robust) squares.
 //!
-//! A scene becomes a [`Problem`](problem::Problem) once: points in chunks, unknowns in order. `linearize` alone knows camera models; `eliminate` takes
+//! A scene becomes a `Problem` once: points in chunks, unknowns in order. `linearize` alone knows camera models; `eliminate` takes
 //! each point out on the fly, `schur` solves what is left. Knows nothing of files or of repeated runs.
 
-mod chunk;
 mod cholesky;
+mod chunk;
+mod covariance;
 mod eliminate;
 mod error;
 mod frame;
@@ -16,7 +17,9 @@ mod outcome;
 mod problem;
 mod schur;
 mod solver;
+mod write_back;
 
+pub use covariance::{Covariance, FreeParam, OpenDirection};
 pub use error::BundleError;
 pub use loss::Loss;
 pub use options::{Mode, Options, Refine, Which};

@@ -5,6 +5,7 @@
 mod compact;
 mod id;
 mod keypoints;
+mod plausible;
 mod points;
 mod pose;
 
