@@ -55,7 +55,11 @@ impl Dense {
 
     /// Eliminates the first columns; what is left of the others is their Schur complement. A pivot up to `null` means a direction
     /// that is not determined: it is left out, and counted; none when `null` is none and there is such a pivot.
-    pub(super) fn factor(&mut self, columns: std::ops::Range<usize>, null: Option<f64>) -> Option<usize> {
+    pub(super) fn factor(
+        &mut self,
+        columns: std::ops::Range<usize>,
+        null: Option<f64>,
+    ) -> Option<usize> {
         let mut nullity = 0;
         let mut start = columns.start;
         while start < columns.end {
@@ -72,7 +76,8 @@ impl Dense {
         let mut nullity = 0;
         for row in start..end {
             for column in start..=row {
-                let (left, right) = (&self.row(row)[start..column], &self.row(column)[start..column]);
+                let (left, right) =
+                    (&self.row(row)[start..column], &self.row(column)[start..column]);
                 let sum: f64 = left.iter().zip(right).map(|(a, b)| a * b).sum();
                 let rest = self.row(row)[column] - sum;
                 if column < row {
@@ -99,15 +104,17 @@ impl Dense {
         let (corner, below) = values.split_at_mut(end * size);
         let corner = |row: usize| &corner[(start + row) * size + start..][..row];
         let pivots = &inverse_pivots[start..end];
-        below.par_chunks_mut(LANES * size).zip(panel.par_chunks_mut(BLOCK)).for_each(|(rows, tile)| {
-            for (lane, row) in rows.chunks_exact(size).enumerate() {
-                (0..width).for_each(|column| tile[column][lane] = row[start + column]);
-            }
-            solve_tile(tile, width, corner, pivots);
-            for (lane, row) in rows.chunks_exact_mut(size).enumerate() {
-                (0..width).for_each(|column| row[start + column] = tile[column][lane]);
-            }
-        });
+        below.par_chunks_mut(LANES * size).zip(panel.par_chunks_mut(BLOCK)).for_each(
+            |(rows, tile)| {
+                for (lane, row) in rows.chunks_exact(size).enumerate() {
+                    (0..width).for_each(|column| tile[column][lane] = row[start + column]);
+                }
+                solve_tile(tile, width, corner, pivots);
+                for (lane, row) in rows.chunks_exact_mut(size).enumerate() {
+                    (0..width).for_each(|column| row[start + column] = tile[column][lane]);
+                }
+            },
+        );
         let panel = &*panel;
         below.par_chunks_mut(LANES * size).enumerate().for_each(|(group, rows)| {
             update_rows(rows, size, end, (group, &panel[..]), width);
@@ -117,7 +124,8 @@ impl Dense {
     /// Solves L L^T x = right; what is not determined stays zero.
     pub(super) fn solve(&self, right: &mut [f64]) {
         for row in 0..self.size {
-            let known: f64 = self.row(row)[..row].iter().zip(&right[..row]).map(|(l, y)| l * y).sum();
+            let known: f64 =
+                self.row(row)[..row].iter().zip(&right[..row]).map(|(l, y)| l * y).sum();
             right[row] = (right[row] - known) * self.inverse_pivots[row];
         }
         for row in (0..self.size).rev() {
@@ -189,7 +197,8 @@ mod tests {
     /// A positive definite matrix of this size, ill-conditioned enough to show faults.
     fn example(size: usize) -> DMatrix<f64> {
         let factor = DMatrix::from_fn(size, size, |row, column| {
-            ((row * 7 + column * 13) as f64 * 0.37).sin() / (1.0 + (row as f64 - column as f64).abs())
+            ((row * 7 + column * 13) as f64 * 0.37).sin()
+                / (1.0 + (row as f64 - column as f64).abs())
         });
         &factor * factor.transpose() + DMatrix::identity(size, size) * 1e-3
     }

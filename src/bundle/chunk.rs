@@ -62,7 +62,10 @@ pub(super) struct Numbering<'a> {
 }
 
 /// Cuts sorted points into chunks of about equal work.
-pub(super) fn cut(points: &[Sighted], numbering: &Numbering<'_>) -> Result<Vec<Chunk>, BundleError> {
+pub(super) fn cut(
+    points: &[Sighted],
+    numbering: &Numbering<'_>,
+) -> Result<Vec<Chunk>, BundleError> {
     /// A chunk is worth a thread's while, and its sums are no more than what a core keeps near it.
     const WORK: usize = 100_000;
     /// Fewer chunks than this keep few threads busy; with many more their sums outweigh the system itself.

@@ -72,7 +72,8 @@ impl Covariance {
             }
             let vector = eigen.eigenvectors.column(at);
             let most = vector.amax();
-            let parts = vector.iter().zip(&is_seen).filter(|(part, _)| part.abs() >= SMALL_SHARE * most);
+            let parts =
+                vector.iter().zip(&is_seen).filter(|(part, _)| part.abs() >= SMALL_SHARE * most);
             let changes = parts.map(|(part, &param)| (param, part * scales[param])).collect();
             open.push(OpenDirection { changes });
         }

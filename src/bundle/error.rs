@@ -9,10 +9,14 @@ pub enum BundleError {
     #[error("there are no images and points to adjust, only cameras")]
     NoGeometry,
     /// An image without a pose.
-    #[error("image {0} has no pose: its quaternion is zero, or its sensor's place on the rig is unknown")]
+    #[error(
+        "image {0} has no pose: its quaternion is zero, or its sensor's place on the rig is unknown"
+    )]
     NoPose(ImageId),
     /// Every observation was dropped.
-    #[error("no observation is left: {unprojectable} of {total} cannot be projected at the start, the others are of points that only one image sees")]
+    #[error(
+        "no observation is left: {unprojectable} of {total} cannot be projected at the start, the others are of points that only one image sees"
+    )]
     NoObservation {
         /// All that the scene has.
         total: usize,

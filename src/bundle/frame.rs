@@ -22,9 +22,14 @@ impl Frame {
             sorted.extend(values.filter(|value| value.is_finite()));
             let last = sorted.len().saturating_sub(1);
             // Of two values the lower: any of them serves.
-            #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // a share of a length
+            #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+            // a share of a length
             let at = (share * last as f64) as usize;
-            if sorted.is_empty() { 0.0 } else { *sorted.select_nth_unstable_by(at, f64::total_cmp).1 }
+            if sorted.is_empty() {
+                0.0
+            } else {
+                *sorted.select_nth_unstable_by(at, f64::total_cmp).1
+            }
         };
         let axis = |axis: usize| points.iter().map(move |point| point[axis]);
         let centre = Vector3::from([0, 1, 2].map(|at| quantile(&mut axis(at), 0.5)));
@@ -62,7 +67,8 @@ mod tests {
 
     #[test]
     fn what_goes_in_comes_out_where_it_was() {
-        let points = [[1e3, -2e3, 5.0], [1e3 + 1.0, -2e3, 7.0], [1e3, -2e3 + 4.0, 5.0], [1e9, 0.0, 0.0]];
+        let points =
+            [[1e3, -2e3, 5.0], [1e3 + 1.0, -2e3, 7.0], [1e3, -2e3 + 4.0, 5.0], [1e9, 0.0, 0.0]];
         let frame = Frame::of(&points);
         assert!(frame.scale > 0.1 && frame.scale < 10.0, "{frame:?}");
         let turn = UnitQuaternion::from_euler_angles(0.3, -1.0, 2.0);
@@ -75,7 +81,9 @@ mod tests {
             assert!((out - Vector3::from(point)).norm() <= 1e-15 * out.norm(), "{point:?}");
             // Seen from the camera it is where it was, but for the scale.
             let seen = pose.transform_point(&Point3::from(point)).coords * frame.scale;
-            assert!((frame.pose_in(&pose).see(&inside) - seen).norm() < 1e-12 * (1.0 + seen.norm()));
+            assert!(
+                (frame.pose_in(&pose).see(&inside) - seen).norm() < 1e-12 * (1.0 + seen.norm())
+            );
         }
     }
 

@@ -49,8 +49,7 @@ pub(super) fn held(
 ) -> Vec<usize> {
     let mut held = Vec::new();
     for component in 0..count {
-        let members =
-            || (0..poses.len()).filter(|&image| components[image] == Some(component));
+        let members = || (0..poses.len()).filter(|&image| components[image] == Some(component));
         // The image that sees most, the first of equals.
         let Some(first) = members().max_by_key(|&image| (sightings[image], usize::MAX - image))
         else {
@@ -60,9 +59,8 @@ pub(super) fn held(
         let centre = |image: usize| -poses[image].rotation.tr_mul(&poses[image].translation);
         let baseline = |image: usize| centre(image) - centre(first);
         let others = members().filter(|&image| image != first);
-        let farthest = others.max_by(|&a, &b| {
-            baseline(a).norm().total_cmp(&baseline(b).norm()).then(b.cmp(&a))
-        });
+        let farthest = others
+            .max_by(|&a, &b| baseline(a).norm().total_cmp(&baseline(b).norm()).then(b.cmp(&a)));
         if let Some(second) = farthest {
             held.push(6 * second + 3 + baseline(second).iamax());
         }

@@ -109,7 +109,8 @@ fn linearize<M: CameraModel<N>, const N: usize>(
         let wrt_point = seen.wrt_point * pose.rotation;
         for axis in 0..2 {
             row.residual[axis] = seen.pixel[axis] - sighting.xy[axis];
-            row.wrt_point[axis] = [wrt_point[(axis, 0)], wrt_point[(axis, 1)], wrt_point[(axis, 2)]];
+            row.wrt_point[axis] =
+                [wrt_point[(axis, 0)], wrt_point[(axis, 1)], wrt_point[(axis, 2)]];
             row.wrt_params[axis] = [0.0; MOST_PARAMS];
             for (place, &param) in lens.free.iter().enumerate() {
                 row.wrt_params[axis][place] = seen.wrt_params[(axis, param)];

@@ -74,7 +74,10 @@ mod tests {
                 let slope = (loss.at(s + step).value - loss.at(s - step).value) / (2.0 * step);
                 let curvature = (loss.at(s + step).slope - loss.at(s - step).slope) / (2.0 * step);
                 assert!((rho.slope - slope).abs() < 1e-7, "{loss:?} at {s}");
-                assert!((rho.curvature - curvature).abs() < 1e-7 * (1.0 + 1.0 / s), "{loss:?} at {s}");
+                assert!(
+                    (rho.curvature - curvature).abs() < 1e-7 * (1.0 + 1.0 / s),
+                    "{loss:?} at {s}"
+                );
                 checked += 1;
             }
         }

@@ -121,9 +121,11 @@ fn free_params(scene: &Scene, problem: &Problem) -> Vec<FreeParam> {
     let mut params = Vec::new();
     for (id, lens) in problem.cameras.iter().zip(&problem.lenses) {
         let names = scene.cameras[id].intrinsics.model().params;
-        params.extend(
-            lens.free.iter().map(|&place| FreeParam { camera: *id, place, name: names[place].name }),
-        );
+        params.extend(lens.free.iter().map(|&place| FreeParam {
+            camera: *id,
+            place,
+            name: names[place].name,
+        }));
     }
     params
 }

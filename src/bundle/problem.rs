@@ -4,8 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::Vector3;
 
-use super::chunk::{self, Chunk, Numbering, Sighted};
 use super::cholesky::Dense;
+use super::chunk::{self, Chunk, Numbering, Sighted};
 use super::frame::Frame;
 use super::linearize::{Kernel, Lens, MOST_PARAMS, Params, Placed, Sighting};
 use super::options::{Options, Refine, Which};
@@ -68,7 +68,10 @@ impl Problem {
         });
         let start = State {
             poses: poses.collect::<Result<_, _>>()?,
-            params: cameras.iter().map(|id| padded(scene.cameras[id].intrinsics.params())).collect(),
+            params: cameras
+                .iter()
+                .map(|id| padded(scene.cameras[id].intrinsics.params()))
+                .collect(),
             points: Vec::new(),
         };
         let mut problem = Self {
@@ -190,7 +193,9 @@ impl Problem {
         let poses = if options.mode.moves_poses() { 6 * unseen } else { 0 };
         let points = if options.mode.moves_points() { 3 * self.points.len() } else { 0 };
         let idle = self.cameras.iter().zip(&self.lenses).enumerate().filter(|(camera, _)| {
-            let sees = |image: usize| self.camera_of[image] as usize == *camera && self.sightings[image] > 0;
+            let sees = |image: usize| {
+                self.camera_of[image] as usize == *camera && self.sightings[image] > 0
+            };
             !(0..self.images.len()).any(sees)
         });
         let idle: usize = idle.map(|(_, (_, lens))| lens.free.len()).sum();

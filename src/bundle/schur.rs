@@ -1,7 +1,7 @@
 //! The system that is left when points are eliminated: poses first, the cameras' intrinsics as its border last.
 
-use super::chunk::{Chunk, NONE, pair};
 use super::cholesky::Dense;
+use super::chunk::{Chunk, NONE, pair};
 use super::eliminate::Sums;
 use super::linearize::{MOST_PARAMS, Params};
 
@@ -61,8 +61,6 @@ pub(super) struct Solved {
     pub square: f64,
     /// The largest component of the gradient.
     pub gradient: f64,
-    /// Directions that are not determined.
-    pub nullity: usize,
 }
 
 impl System {
@@ -77,10 +75,6 @@ impl System {
             step: zeros,
             layout,
         }
-    }
-
-    pub(super) fn layout(&self) -> &Layout {
-        &self.layout
     }
 
     /// Adds the sums of all chunks, in their order.
@@ -187,15 +181,14 @@ impl System {
     /// Solves the damped system; none when it is singular. Without damping, directions that are not determined stay.
     pub(super) fn solve(&mut self, damping: f64) -> Option<Solved> {
         self.scale(damping);
-        let nullity = self.matrix.factor(0..self.layout.size, null(damping))?;
+        self.matrix.factor(0..self.layout.size, null(damping))?;
         for (step, (gradient, scale)) in
             self.step.iter_mut().zip(self.gradient.iter().zip(&self.scales))
         {
             *step = -gradient * scale;
         }
         self.matrix.solve(&mut self.step);
-        let mut solved =
-            Solved { descent: 0.0, weighed_square: 0.0, square: 0.0, gradient: 0.0, nullity };
+        let mut solved = Solved { descent: 0.0, weighed_square: 0.0, square: 0.0, gradient: 0.0 };
         for (at, step) in self.step.iter_mut().enumerate() {
             solved.weighed_square += if self.scales[at] > 0.0 { *step * *step } else { 0.0 };
             *step *= self.scales[at];

@@ -91,7 +91,8 @@ impl<'a> Solver<'a> {
         let view = view(self.problem, self.options, &self.at);
         let (poses, params) = (&self.pose_steps, &self.param_steps);
         let chunks = self.problem.chunks.par_iter().zip(self.sums.par_iter_mut());
-        let steps = chunks.map(|(chunk, sums)| follow(chunk, &view, (poses, params), damping, sums));
+        let steps =
+            chunks.map(|(chunk, sums)| follow(chunk, &view, (poses, params), damping, sums));
         let mut total = PointStep::default();
         for step in steps.collect::<Vec<_>>() {
             total.weighed_square += step.weighed_square;

@@ -8,8 +8,8 @@ use super::BundleError;
 use super::options::Options;
 use super::problem::{Problem, State};
 use crate::scene::{
-    Frame, FrameId, Geometry, Image, ImageId, Mounting, Points3D, Pose, Rig, RigId, Scene, SensorId,
-    SensorKind,
+    Frame, FrameId, Geometry, Image, ImageId, Mounting, Points3D, Pose, Rig, RigId, Scene,
+    SensorId, SensorKind,
 };
 
 /// Puts cameras, poses and points back, with the points' new errors; tells whether rigs had to be dissolved.
@@ -60,8 +60,10 @@ fn put_poses(geometry: &mut Geometry, problem: &Problem, state: &State) -> bool 
     if is_trivial {
         let frames = mounting.iter_mut().flat_map(|mounting| mounting.frames.values_mut());
         for frame in frames {
-            let image = frame.data.iter().find_map(|&(sensor, datum)| image_of(images, sensor, datum));
-            if let Some((number, image)) = image.map(|id| (problem.images.binary_search(&id), &images[&id]))
+            let image =
+                frame.data.iter().find_map(|&(sensor, datum)| image_of(images, sensor, datum));
+            if let Some((number, image)) =
+                image.map(|id| (problem.images.binary_search(&id), &images[&id]))
                 && number.is_ok_and(|number| problem.sightings[number] > 0)
             {
                 frame.rig_from_world = image.cam_from_world;
@@ -88,7 +90,8 @@ fn image_of(images: &BTreeMap<ImageId, Image>, sensor: SensorId, datum: u64) -> 
 /// Whether every rig is one camera.
 fn is_trivial(mounting: &Mounting) -> bool {
     let is_alone = |rig: &Rig| {
-        rig.sensors.is_empty() && rig.reference.is_none_or(|sensor| sensor.kind == SensorKind::Camera)
+        rig.sensors.is_empty()
+            && rig.reference.is_none_or(|sensor| sensor.kind == SensorKind::Camera)
     };
     mounting.rigs.values().all(is_alone)
         && mounting.frames.values().all(|frame| frame.data.len() <= 1)

@@ -20,6 +20,8 @@ Examples:
       groups named by a part of the path
   calibstab copy run/sparse/0 run/text --text
       a binary model as text
+  calibstab refine run/sparse/0 --out refined --refine all --loss cauchy:1
+      adjust poses, points and all intrinsics together; outliers count less
 
 Exit codes: 0 fine; 2 bad usage or input. Results go to stdout, all else to stderr.";
 

@@ -7,6 +7,8 @@ mod grouping;
 mod help;
 mod inputs;
 mod output;
+mod refine;
+mod refined;
 
 use std::io::Write;
 use std::process::ExitCode;
@@ -38,6 +40,7 @@ struct Cli {
 enum Command {
     Analyze(analyze::Analyze),
     Copy(copy::Copy),
+    Refine(refine::Refine),
     Schema(help::Schema),
     Completions(help::Completions),
     Man(help::Man),
@@ -67,6 +70,7 @@ impl Cli {
         match self.command {
             Command::Analyze(command) => command.run(out, self.quiet),
             Command::Copy(command) => command.run(self.quiet),
+            Command::Refine(command) => command.run(out, self.quiet),
             Command::Schema(command) => command.run(out),
             Command::Completions(command) => command.run(out),
             Command::Man(command) => command.run(out),

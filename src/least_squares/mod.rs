@@ -182,7 +182,13 @@ impl<P: Problem> Search<'_, P> {
                 reason = Reason::Rounding;
                 break;
             }
-            let trial = Trial { iteration: iterations, cost: self.cost, step: Some(step), fall: None, damping: self.damping };
+            let trial = Trial {
+                iteration: iterations,
+                cost: self.cost,
+                step: Some(step),
+                fall: None,
+                damping: self.damping,
+            };
             let fall = self.try_step(&step, is_hidden);
             self.problem.tried(&Trial { fall, ..trial });
             match fall {

@@ -16,7 +16,10 @@ impl Pose {
 impl From<Isometry3<f64>> for Pose {
     fn from(transform: Isometry3<f64>) -> Self {
         let turn = transform.rotation;
-        Self { quaternion: [turn.w, turn.i, turn.j, turn.k], translation: transform.translation.vector.into() }
+        Self {
+            quaternion: [turn.w, turn.i, turn.j, turn.k],
+            translation: transform.translation.vector.into(),
+        }
     }
 }
 
@@ -32,7 +35,9 @@ impl Geometry {
         self.images.iter().map(pose).collect()
     }
 
-    fn poses_by_frame(&self) -> Option<std::collections::BTreeMap<ImageId, Option<Isometry3<f64>>>> {
+    fn poses_by_frame(
+        &self,
+    ) -> Option<std::collections::BTreeMap<ImageId, Option<Isometry3<f64>>>> {
         let mounting = self.mounting.as_ref()?;
         let mut poses = std::collections::BTreeMap::new();
         for frame in mounting.frames.values() {
