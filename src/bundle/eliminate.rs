@@ -205,12 +205,10 @@ pub(super) fn weighed_rows(
 
 /// Triggs' correction: J^T r becomes the gradient of 1/2 rho, J^T J its curvature where that is positive enough.
 fn weigh(row: &mut Row, loss: Loss) {
-    /// The least share of the first-order weight that is kept along the residual, where the loss bends down.
-    const LEAST_CURVATURE: f64 = 0.1;
     let [x, y] = row.residual;
     let square = x * x + y * y;
     let rho = loss.at(square);
-    let along = (1.0 + 2.0 * square * rho.curvature / rho.slope).max(LEAST_CURVATURE);
+    let along = curvature_along(loss, 1.0 + 2.0 * square * rho.curvature / rho.slope);
     let (root, share) = (rho.slope.sqrt(), along.sqrt());
     // J - (1 - share) r r^T J / |r|^2
     let bend = if square > 0.0 { (1.0 - share) / square } else { 0.0 };
@@ -227,6 +225,19 @@ fn weigh(row: &mut Row, loss: Loss) {
         [row.wrt_params[0][param], row.wrt_params[1][param]] = column;
     }
     row.residual = [x, y].map(|value| value * root / share);
+}
+
+/// The share of the first-order weight that is kept along the residual: what the loss's own curvature is of it, kept positive.
+#[inline]
+fn curvature_along(loss: Loss, share: f64) -> f64 {
+    /// Where a convex loss is straight the system must not become singular; ten times as much, and hundreds of steps are needed.
+    const STRAIGHT: f64 = 1e-3;
+    /// A loss that bends down drives steps too far where little is left of the weight; of the values tried this needs the fewest.
+    const BENT: f64 = 0.3;
+    match loss {
+        Loss::Squared | Loss::Huber(_) | Loss::SoftL1(_) => share.max(STRAIGHT),
+        Loss::Cauchy(_) => share.abs().max(BENT),
+    }
 }
 
 /// The pass.

@@ -17,6 +17,10 @@ mod outcome;
 mod problem;
 mod schur;
 mod solver;
+#[cfg(test)]
+mod testing;
+#[cfg(test)]
+mod tests;
 mod write_back;
 
 pub use covariance::{Covariance, FreeParam, OpenDirection};

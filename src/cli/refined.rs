@@ -181,7 +181,10 @@ fn table(camera: &CameraOutcome, covariance: Option<&Covariance>, first: usize) 
             None => text.push_str("  held"),
             Some(row) => {
                 if let Some((covariance, stds)) = covariance.zip(stds.as_ref()) {
-                    let _ = write!(text, " {:>9.2e}  {:16}", stds[first + row], "");
+                    let _ = write!(text, " {:>9.decimals$}", stds[first + row]);
+                    if row > 0 {
+                        let _ = write!(text, "{:18}", "");
+                    }
                     for column in 0..row {
                         let both = covariance.correlation(first + row, first + column);
                         let _ = write!(text, " {:>5.2}", both.unwrap_or(f64::NAN));
