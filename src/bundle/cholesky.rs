@@ -109,7 +109,7 @@ impl Dense {
                 for (lane, row) in rows.chunks_exact(size).enumerate() {
                     (0..width).for_each(|column| tile[column][lane] = row[start + column]);
                 }
-                solve_tile(tile, width, corner, pivots);
+                solve_tile(tile, corner, pivots);
                 for (lane, row) in rows.chunks_exact_mut(size).enumerate() {
                     (0..width).for_each(|column| row[start + column] = tile[column][lane]);
                 }
@@ -142,11 +142,10 @@ impl Dense {
 #[inline(always)]
 fn solve_tile<'a>(
     tile: &mut [[f64; LANES]],
-    width: usize,
     corner: impl Fn(usize) -> &'a [f64],
     inverse_pivots: &[f64],
 ) {
-    for column in 0..width {
+    for (column, pivot) in inverse_pivots.iter().enumerate() {
         let (known, rest) = tile.split_at_mut(column);
         let target = &mut rest[0];
         for (l, known) in corner(column).iter().zip(known) {
@@ -154,7 +153,7 @@ fn solve_tile<'a>(
                 target[lane] -= l * known[lane];
             }
         }
-        target.iter_mut().for_each(|value| *value *= inverse_pivots[column]);
+        target.iter_mut().for_each(|value| *value *= pivot);
     }
 }
 

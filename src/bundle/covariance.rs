@@ -62,6 +62,11 @@ impl Covariance {
         let scaled = DMatrix::from_fn(is_seen.len(), is_seen.len(), |row, column| {
             value(is_seen[row], is_seen[column])
         });
+        if is_seen.is_empty() || !scaled.iter().all(|value| value.is_finite()) {
+            // Nothing to decompose; numbers that overflowed tell of no direction.
+            open.extend(is_seen.iter().map(|&at| OpenDirection { changes: vec![(at, 1.0)] }));
+            return Self { params, matrix: open.is_empty().then(Vec::new), open };
+        }
         let eigen = scaled.symmetric_eigen();
         let largest = eigen.eigenvalues.iter().fold(0.0, |most: f64, &value| most.max(value));
         let inverse = |value: f64| 1.0 / value;

@@ -325,9 +325,9 @@ fn add_cameras(
         let camera = scratch.borders[at].camera;
         let width = view.widths[chunk.cameras[camera] as usize];
         let rows = &mut scratch.borders[at].rows;
-        for place in 0..width {
-            let column = inverse.times(&[rows[0][place], rows[1][place], rows[2][place]]);
-            (0..3).for_each(|axis| rows[axis][place] = column[axis]);
+        let [first, second, third] = rows;
+        for ((a, b), c) in first.iter_mut().zip(second).zip(third).take(width) {
+            [*a, *b, *c] = inverse.times(&[*a, *b, *c]);
         }
         for axis in 0..3 {
             add_scaled(&mut cameras[camera][0][..width], -reduced[axis], &rows[axis][..width]);

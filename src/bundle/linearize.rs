@@ -50,13 +50,16 @@ pub(super) struct Lens {
     pub free: Vec<usize>,
 }
 
+/// The residual of a point that is seen at a pixel.
+type Residual = fn(&Params, &Placed, &Vector3<f64>, &[f64; 2]) -> Option<[f64; 2]>;
+
 /// The functions of one camera model.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Kernel {
     /// Fills the rows of a run of sightings of one point; false if one cannot be projected.
     pub linearize: fn(&Lens, &Params, &Run<'_>, &mut [Row]) -> bool,
     /// The residual of one sighting.
-    pub residual: fn(&Params, &Placed, &Vector3<f64>, &[f64; 2]) -> Option<[f64; 2]>,
+    pub residual: Residual,
 }
 
 /// Sightings of one point by one camera.

@@ -1,7 +1,5 @@
 //! Small scenes of known truth for the tests of this room.
 
-use std::collections::BTreeMap;
-
 use nalgebra::{Isometry3, Point3, Rotation3, UnitQuaternion, Vector3};
 
 use crate::camera::{Intrinsics, Model};

@@ -398,17 +398,16 @@ fn degenerate_views_end_and_never_get_worse() {
         Isometry3::from_parts(Vector3::new(0.0, 0.0, 9.0).into(), turn)
     };
     let ring = World::ring(vec![opencv()], 8, 3).poses;
-    let cases: [(&str, Vec<Isometry3<f64>>, &[Vector3<f64>]); 6] = [
+    type Case<'a> = (&'a str, Vec<Isometry3<f64>>, &'a [Vector3<f64>]);
+    let cases: [Case; 6] = [
         ("a plane", ring.clone(), &plane),
         ("forward motion", (0..6).map(ahead).collect(), &cloud),
         (
             "pure rotation",
             (0..6)
                 .map(turned)
-                .map(|p| p.rotation.into())
-                .map(|r: UnitQuaternion<f64>| {
-                    Isometry3::from_parts((r * Vector3::new(0.0, 0.0, 9.0)).into(), r)
-                })
+                .map(|p| p.rotation)
+                .map(|r| Isometry3::from_parts((r * Vector3::new(0.0, 0.0, 9.0)).into(), r))
                 .collect(),
             &cloud,
         ),
