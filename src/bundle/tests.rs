@@ -163,7 +163,7 @@ fn each_mode_moves_what_it_names_and_leaves_every_other_bit() {
     ];
     for mode in modes {
         // Only what moves is off.
-        let mut start = disturbed(truth.clone(), 0.003, 1.01);
+        let mut start = disturbed(truth.clone(), 0.02, 1.01);
         let (off, right) = (start.geometry.clone().unwrap(), truth.geometry.clone().unwrap());
         let poses = if mode.moves_poses() { &off } else { &right };
         let points = if mode.moves_points() { &off } else { &right };
