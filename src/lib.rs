@@ -8,6 +8,7 @@
 //! the first two.
 
 pub mod bal;
+pub mod bundle;
 pub mod camera;
 pub mod cli;
 pub mod colmap;

@@ -30,6 +30,8 @@ Examples:
       a binary model as text
   calibstab synth --repeats 6 --out room && calibstab analyze room
       six reconstructions of a synthetic room, each with its truth beside it, to try things on
+  calibstab refine run/sparse/0 --out refined --refine all --loss cauchy:1
+      adjust poses, points and all intrinsics together; outliers count less
 
 Exit codes: 0 fine; 2 bad usage or input. Results go to stdout, all else to stderr.";
 

@@ -12,6 +12,8 @@ mod inspect;
 mod model;
 mod models;
 mod output;
+mod refine;
+mod refined;
 mod synth;
 
 use std::io::Write;
@@ -49,6 +51,7 @@ enum Command {
     Compare(compare::Compare),
     Copy(copy::Copy),
     Synth(synth::Synth),
+    Refine(refine::Refine),
     Schema(help::Schema),
     Completions(help::Completions),
     Man(help::Man),
@@ -83,6 +86,7 @@ impl Cli {
             Command::Compare(command) => command.run(out, self.quiet),
             Command::Copy(command) => command.run(self.quiet),
             Command::Synth(command) => command.run(self.quiet),
+            Command::Refine(command) => command.run(out, self.quiet),
             Command::Schema(command) => command.run(out),
             Command::Completions(command) => command.run(out),
             Command::Man(command) => command.run(out),

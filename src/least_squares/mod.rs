@@ -28,6 +28,24 @@ pub trait Problem {
 
     /// How many residuals there are beyond those that the unknowns take up: cost / (freedom / 2) is the variance of one.
     fn freedom(&self) -> f64;
+
+    /// Told of every step that was tried, for whoever watches.
+    fn tried(&mut self, _: &Trial) {}
+}
+
+/// A step that was tried.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Trial {
+    /// Counted from 1.
+    pub iteration: usize,
+    /// The cost before it.
+    pub cost: f64,
+    /// What was known of it; none when the damped equations were singular.
+    pub step: Option<Step>,
+    /// By how much the cost fell; none when the step was taken back.
+    pub fall: Option<f64>,
+    /// The damping by which it was found.
+    pub damping: f64,
 }
 
 /// What is known of a step before it is taken.
@@ -145,6 +163,9 @@ impl<P: Problem> Search<'_, P> {
             }
             let Some(mut step) = self.problem.solve(self.damping) else {
                 iterations += 1;
+                let (cost, damping) = (self.cost, self.damping);
+                let trial = Trial { iteration: iterations, cost, step: None, fall: None, damping };
+                self.problem.tried(&trial);
                 self.damp();
                 continue;
             };
@@ -161,7 +182,16 @@ impl<P: Problem> Search<'_, P> {
                 reason = Reason::Rounding;
                 break;
             }
-            match self.try_step(&step, is_hidden) {
+            let trial = Trial {
+                iteration: iterations,
+                cost: self.cost,
+                step: Some(step),
+                fall: None,
+                damping: self.damping,
+            };
+            let fall = self.try_step(&step, is_hidden);
+            self.problem.tried(&Trial { fall, ..trial });
+            match fall {
                 Some(fall) => {
                     last_fall = step.predicted;
                     if is_flat(fall, self.cost, options.stop) {

@@ -5,7 +5,9 @@
 mod compact;
 mod id;
 mod keypoints;
+mod plausible;
 mod points;
+mod pose;
 
 use std::collections::BTreeMap;
 

@@ -1,0 +1,31 @@
+//! Self-calibration bundle adjustment: poses, points and the intrinsics that images share, to the least sum of (robust) squares.
+//!
+//! A scene becomes a `Problem` once: points in chunks, unknowns in order. `linearize` alone knows camera models; `eliminate` takes
+//! each point out on the fly, `schur` solves what is left. Knows nothing of files or of repeated runs.
+
+mod cholesky;
+mod chunk;
+mod covariance;
+mod eliminate;
+mod error;
+mod frame;
+mod gauge;
+mod linearize;
+mod loss;
+mod options;
+mod outcome;
+mod problem;
+mod schur;
+mod solver;
+#[cfg(test)]
+mod testing;
+#[cfg(test)]
+mod tests;
+mod write_back;
+
+pub use covariance::{Covariance, FreeParam, OpenDirection};
+pub use error::BundleError;
+pub use loss::Loss;
+pub use options::{Mode, Options, Refine, Which};
+pub use outcome::{Adjusted, CameraOutcome, Outcome, adjust};
+pub use problem::Dropped;

@@ -1,0 +1,100 @@
+//! What moves, what a residual costs, and when to stop.
+
+use std::collections::BTreeMap;
+
+use super::Loss;
+use crate::camera::{Param, ParamClass};
+use crate::least_squares;
+use crate::scene::CameraId;
+
+/// How to adjust.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Options {
+    /// Which blocks move.
+    pub mode: Mode,
+    /// Which intrinsics move, where the mode lets intrinsics move.
+    pub refine: Refine,
+    /// What a residual costs.
+    pub loss: Loss,
+    /// When to stop.
+    pub stop: least_squares::Options,
+    /// Memory that the adjustment may take, in bytes; any if none.
+    pub memory: Option<usize>,
+}
+
+/// Which blocks move.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Mode {
+    /// Poses, points and intrinsics.
+    #[default]
+    SelfCalibration,
+    /// Poses and points.
+    BundleAdjustment,
+    /// Poses alone.
+    OnlyPose,
+    /// Points alone.
+    OnlyLandmarks,
+    /// Intrinsics alone.
+    OnlyIntrinsics,
+}
+
+impl Mode {
+    /// Whether poses move.
+    pub fn moves_poses(self) -> bool {
+        matches!(self, Self::SelfCalibration | Self::BundleAdjustment | Self::OnlyPose)
+    }
+
+    /// Whether points move.
+    pub fn moves_points(self) -> bool {
+        matches!(self, Self::SelfCalibration | Self::BundleAdjustment | Self::OnlyLandmarks)
+    }
+
+    /// Whether intrinsics move.
+    pub fn moves_intrinsics(self) -> bool {
+        matches!(self, Self::SelfCalibration | Self::OnlyIntrinsics)
+    }
+}
+
+/// Some intrinsics of a camera.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Which {
+    /// All of a class.
+    Class(ParamClass),
+    /// The one of this name.
+    Named(String),
+}
+
+/// Which intrinsics move. What describes a camera and is never estimated never moves.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Refine {
+    /// Of the cameras not named below.
+    pub others: Vec<Which>,
+    /// Of these cameras.
+    pub cameras: BTreeMap<CameraId, Vec<Which>>,
+}
+
+impl Default for Refine {
+    /// COLMAP's: focal length and distortion move, the principal point does not.
+    fn default() -> Self {
+        let others = vec![Which::Class(ParamClass::Focal), Which::Class(ParamClass::Extra)];
+        Self { others, cameras: BTreeMap::new() }
+    }
+}
+
+impl Refine {
+    /// What moves of this camera.
+    pub fn of(&self, camera: CameraId) -> &[Which] {
+        self.cameras.get(&camera).unwrap_or(&self.others)
+    }
+}
+
+impl Which {
+    /// Whether this parameter is among them.
+    pub fn is(&self, param: &Param) -> bool {
+        let is_chosen = match self {
+            Self::Class(class) => *class == param.class,
+            Self::Named(name) => name == param.name,
+        };
+        is_chosen && param.class != ParamClass::Metadata
+    }
+}

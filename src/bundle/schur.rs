@@ -1,0 +1,241 @@
+//! The system that is left when points are eliminated: poses first, the cameras' intrinsics as its border last.
+
+use super::cholesky::Dense;
+use super::chunk::{Chunk, NONE, pair};
+use super::eliminate::Sums;
+use super::linearize::{MOST_PARAMS, Params};
+
+/// Where each unknown of poses and cameras stands.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Layout {
+    /// How many unknowns the poses are.
+    pub poses: usize,
+    /// Where each camera's share of the border begins, and how wide it is: a multiple of four, for the processor's sake.
+    pub cameras: Vec<(usize, usize)>,
+    /// How many unknowns there are.
+    pub size: usize,
+    /// Unknowns that stay: those that fix the gauge, and those that fill up a camera's share.
+    pub held: Vec<bool>,
+}
+
+impl Layout {
+    /// For so many images, or none if they stay, and so many free parameters of each camera.
+    pub(super) fn new(images: usize, free: impl Iterator<Item = usize>) -> Self {
+        let poses = 6 * images;
+        let mut held = vec![false; poses];
+        let mut cameras = Vec::new();
+        for free in free {
+            let width = free.next_multiple_of(4);
+            cameras.push((held.len(), width));
+            held.extend((0..width).map(|place| place >= free));
+        }
+        Self { poses, cameras, size: held.len(), held }
+    }
+}
+
+/// The system, its factor and its solution.
+#[derive(Debug, Clone)]
+pub(super) struct System {
+    layout: Layout,
+    matrix: Dense,
+    /// The gradient after points are eliminated.
+    gradient: Vec<f64>,
+    /// Of J^T J, before points are eliminated.
+    diagonal: Vec<f64>,
+    /// The gradient before points are eliminated.
+    own_gradient: Vec<f64>,
+    /// What each unknown is multiplied by for a diagonal of ones; zero for those that stay.
+    scales: Vec<f64>,
+    /// The step of each unknown.
+    pub step: Vec<f64>,
+}
+
+/// What is known of a step of poses and cameras.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Solved {
+    /// -gradient . step
+    pub descent: f64,
+    /// The step's square, weighed by the diagonal of J^T J.
+    pub weighed_square: f64,
+    /// The square of its length.
+    pub square: f64,
+    /// The largest component of the gradient.
+    pub gradient: f64,
+}
+
+impl System {
+    pub(super) fn new(layout: Layout) -> Self {
+        let zeros = vec![0.0; layout.size];
+        Self {
+            matrix: Dense::new(layout.size),
+            gradient: zeros.clone(),
+            diagonal: zeros.clone(),
+            own_gradient: zeros.clone(),
+            scales: zeros.clone(),
+            step: zeros,
+            layout,
+        }
+    }
+
+    /// Adds the sums of all chunks, in their order.
+    pub(super) fn assemble(&mut self, chunks: &[Chunk], sums: &[Sums]) {
+        self.matrix.clear();
+        for vector in [&mut self.gradient, &mut self.diagonal, &mut self.own_gradient] {
+            vector.fill(0.0);
+        }
+        for (chunk, sums) in chunks.iter().zip(sums) {
+            if self.layout.poses > 0 {
+                self.add_poses(chunk, sums);
+                self.add_borders(chunk, sums);
+            }
+            self.add_cameras(chunk, sums);
+        }
+    }
+
+    fn add_vectors<const N: usize>(&mut self, start: usize, width: usize, values: &[[f64; N]; 3]) {
+        let vectors = [&mut self.gradient, &mut self.diagonal, &mut self.own_gradient];
+        for (vector, values) in vectors.into_iter().zip([&values[0], &values[1], &values[2]]) {
+            for (sum, value) in vector[start..start + width].iter_mut().zip(values) {
+                *sum += value;
+            }
+        }
+    }
+
+    fn add_poses(&mut self, chunk: &Chunk, sums: &Sums) {
+        for (second, &image) in chunk.images.iter().enumerate() {
+            let start = 6 * image as usize;
+            self.add_vectors(start, 6, &sums.poses[second]);
+            for (first, &earlier) in chunk.images[..=second].iter().enumerate() {
+                let slot = chunk.pose_pose[pair(first, second)];
+                if slot == NONE {
+                    continue;
+                }
+                let (block, _) = sums.pose_blocks[slot as usize].as_chunks::<6>();
+                for (row, values) in block.iter().enumerate() {
+                    let target = &mut self.matrix.row_mut(start + row)[6 * earlier as usize..];
+                    // A block on the diagonal ends there.
+                    for (sum, value) in target.iter_mut().zip(values) {
+                        *sum += value;
+                    }
+                }
+            }
+        }
+    }
+
+    fn add_borders(&mut self, chunk: &Chunk, sums: &Sums) {
+        for (index, &image) in chunk.images.iter().enumerate() {
+            for (local, &camera) in chunk.cameras.iter().enumerate() {
+                let slot = chunk.pose_camera[index * chunk.cameras.len() + local];
+                if slot == NONE {
+                    continue;
+                }
+                let (start, width) = self.layout.cameras[camera as usize];
+                let block = &sums.blocks[slot as usize..slot as usize + 6 * width];
+                for place in 0..width {
+                    let target = &mut self.matrix.row_mut(start + place)[6 * image as usize..][..6];
+                    for (column, sum) in target.iter_mut().enumerate() {
+                        *sum += block[column * width + place];
+                    }
+                }
+            }
+        }
+    }
+
+    fn add_cameras(&mut self, chunk: &Chunk, sums: &Sums) {
+        for (second, &camera) in chunk.cameras.iter().enumerate() {
+            let (start, width) = self.layout.cameras[camera as usize];
+            self.add_vectors(start, width, &sums.cameras[second]);
+            for (first, &earlier) in chunk.cameras[..=second].iter().enumerate() {
+                let slot = chunk.camera_camera[pair(first, second)];
+                if slot == NONE {
+                    continue;
+                }
+                let (column, columns) = self.layout.cameras[earlier as usize];
+                let block = &sums.blocks[slot as usize..slot as usize + width * columns];
+                for (row, values) in block.chunks_exact(columns).enumerate() {
+                    let target = &mut self.matrix.row_mut(start + row)[column..];
+                    for (sum, value) in target.iter_mut().zip(values) {
+                        *sum += value;
+                    }
+                }
+            }
+        }
+    }
+
+    /// Scales the system to a diagonal of ones before points are eliminated, damps it, and takes out what stays.
+    fn scale(&mut self, damping: f64) {
+        for (at, scale) in self.scales.iter_mut().enumerate() {
+            let moves = !self.layout.held[at] && self.diagonal[at] > 0.0;
+            *scale = if moves { 1.0 / self.diagonal[at].sqrt() } else { 0.0 };
+        }
+        for row in 0..self.layout.size {
+            let own = self.scales[row];
+            let values = self.matrix.row_mut(row);
+            for (value, scale) in values.iter_mut().zip(&self.scales) {
+                *value *= own * scale;
+            }
+            values[row] = if own > 0.0 { values[row] + damping } else { 1.0 };
+        }
+    }
+
+    /// Solves the damped system; none when it is singular. Without damping, directions that are not determined stay.
+    pub(super) fn solve(&mut self, damping: f64) -> Option<Solved> {
+        self.scale(damping);
+        self.matrix.factor(0..self.layout.size, null(damping))?;
+        for (step, (gradient, scale)) in
+            self.step.iter_mut().zip(self.gradient.iter().zip(&self.scales))
+        {
+            *step = -gradient * scale;
+        }
+        self.matrix.solve(&mut self.step);
+        let mut solved = Solved { descent: 0.0, weighed_square: 0.0, square: 0.0, gradient: 0.0 };
+        for (at, step) in self.step.iter_mut().enumerate() {
+            solved.weighed_square += if self.scales[at] > 0.0 { *step * *step } else { 0.0 };
+            *step *= self.scales[at];
+            solved.descent -= self.gradient[at] * *step;
+            solved.square += *step * *step;
+            if self.scales[at] > 0.0 {
+                solved.gradient = solved.gradient.max(self.own_gradient[at].abs());
+            }
+        }
+        (solved.descent.is_finite() && solved.square.is_finite()).then_some(solved)
+    }
+
+    /// Eliminates the poses of the undamped system: gives the information on the intrinsics, scaled, with the scales of its rows,
+    /// and how many directions of the poses are not determined.
+    pub(super) fn information(&mut self) -> (Information, usize) {
+        self.scale(0.0);
+        let (poses, size) = (self.layout.poses, self.layout.size);
+        // With a bound on pivots nothing is singular.
+        let nullity = self.matrix.factor(0..poses, null(0.0)).unwrap_or(poses);
+        let rows = (poses..size).map(|row| self.matrix.row(row)[poses..].to_vec()).collect();
+        (Information { rows, scales: self.scales[poses..].to_vec() }, nullity)
+    }
+
+    /// The step of one pose.
+    pub(super) fn pose_step(&self, image: usize) -> Option<[f64; 6]> {
+        self.step[..self.layout.poses].as_chunks::<6>().0.get(image).copied()
+    }
+
+    /// The step of one camera's free parameters.
+    pub(super) fn camera_step(&self, camera: usize) -> Params {
+        let (start, width) = self.layout.cameras[camera];
+        let mut step = [0.0; MOST_PARAMS];
+        step[..width].copy_from_slice(&self.step[start..start + width]);
+        step
+    }
+}
+
+/// The Schur complement of the intrinsics after points and poses, with columns scaled: its lower triangle, row by row.
+#[derive(Debug, Clone)]
+pub(super) struct Information {
+    pub rows: Vec<Vec<f64>>,
+    pub scales: Vec<f64>,
+}
+
+/// The pivot below which a direction is rounding alone; damped systems have none.
+fn null(damping: f64) -> Option<f64> {
+    /// Rounding of a system of a thousand unknowns stays below this share of its diagonal.
+    const NULL: f64 = 1e-12;
+    (damping <= 0.0).then_some(NULL)
+}

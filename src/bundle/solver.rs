@@ -1,0 +1,244 @@
+//! The problem as Levenberg-Marquardt's loop sees it: cost, system, step.
+
+use nalgebra::{UnitQuaternion, Vector3};
+use rayon::prelude::*;
+
+use super::Loss;
+use super::chunk::Chunk;
+use super::eliminate::{PointBlock, Sums, View, eliminate, weighed_rows};
+use super::linearize::{Params, Placed};
+use super::options::Options;
+use super::problem::{Problem, State};
+use super::schur::{Information, System};
+use crate::least_squares::{self, Step};
+
+/// The problem with room to work in.
+pub(super) struct Solver<'a> {
+    problem: &'a Problem,
+    options: &'a Options,
+    /// Where it was linearised.
+    at: State,
+    sums: Vec<Sums>,
+    system: System,
+    pose_steps: Vec<[f64; 6]>,
+    param_steps: Vec<Params>,
+    costs: Vec<Option<f64>>,
+    freedom: f64,
+    watch: &'a mut dyn FnMut(&least_squares::Trial),
+}
+
+/// What a pass over the points tells of their step.
+#[derive(Debug, Clone, Copy, Default)]
+struct PointStep {
+    weighed_square: f64,
+    square: f64,
+}
+
+impl<'a> Solver<'a> {
+    pub(super) fn new(
+        problem: &'a Problem,
+        options: &'a Options,
+        watch: &'a mut dyn FnMut(&least_squares::Trial),
+    ) -> Self {
+        let unknowns = problem.unknowns(options);
+        Self {
+            at: problem.start.clone(),
+            sums: problem.chunks.iter().map(Sums::new).collect(),
+            system: System::new(problem.layout.clone()),
+            pose_steps: vec![[0.0; 6]; problem.images.len()],
+            param_steps: vec![[0.0; super::linearize::MOST_PARAMS]; problem.cameras.len()],
+            costs: vec![None; problem.chunks.len()],
+            freedom: (2 * problem.observations) as f64 - unknowns as f64,
+            problem,
+            options,
+            watch,
+        }
+    }
+
+    /// Adds all points to the system at the last state; tells what points alone predict, doubled, their largest gradient, and in
+    /// how many directions they are not determined.
+    fn eliminate(&mut self, damping: f64) -> (f64, f64, usize) {
+        let Self { problem, options, at, sums, system, .. } = self;
+        let view = view(problem, options, at);
+        let chunks = problem.chunks.par_iter().zip(sums.par_iter_mut());
+        chunks.for_each(|(chunk, sums)| eliminate(chunk, &view, damping, sums));
+        system.assemble(&problem.chunks, sums);
+        sums.iter().fold((0.0, 0.0, 0), |(sum, most, nullity), sums| {
+            let most = sums.point_gradient.max(most);
+            (sum + sums.by_points, most, nullity + sums.nullity)
+        })
+    }
+
+    /// The information on the intrinsics at this state, and how many directions of poses and points are not determined.
+    pub(super) fn information(&mut self, state: &State) -> (Information, usize) {
+        self.at.clone_from(state);
+        let (.., points) = self.eliminate(0.0);
+        let (information, poses) = self.system.information();
+        (information, points + poses)
+    }
+
+    /// Lets every point follow the poses and the intrinsics.
+    fn follow(&mut self, damping: f64) -> PointStep {
+        for (image, step) in self.pose_steps.iter_mut().enumerate() {
+            *step = self.system.pose_step(image).unwrap_or_default();
+        }
+        for (camera, step) in self.param_steps.iter_mut().enumerate() {
+            *step = self.system.camera_step(camera);
+        }
+        if !self.options.mode.moves_points() {
+            return PointStep::default();
+        }
+        let view = view(self.problem, self.options, &self.at);
+        let (poses, params) = (&self.pose_steps, &self.param_steps);
+        let chunks = self.problem.chunks.par_iter().zip(self.sums.par_iter_mut());
+        let steps =
+            chunks.map(|(chunk, sums)| follow(chunk, &view, (poses, params), damping, sums));
+        let mut total = PointStep::default();
+        for step in steps.collect::<Vec<_>>() {
+            total.weighed_square += step.weighed_square;
+            total.square += step.square;
+        }
+        total
+    }
+}
+
+fn view<'a>(problem: &'a Problem, options: &Options, state: &'a State) -> View<'a> {
+    View {
+        lenses: &problem.lenses,
+        params: &state.params,
+        poses: &state.poses,
+        points: &state.points,
+        widths: &problem.widths,
+        loss: options.loss,
+        moves_poses: options.mode.moves_poses(),
+        moves_points: options.mode.moves_points(),
+    }
+}
+
+/// Steps of a chunk's points: V step = -J^T (r + J_pose motion + J_params step).
+fn follow(
+    chunk: &Chunk,
+    view: &View<'_>,
+    (poses, params): (&[[f64; 6]], &[Params]),
+    damping: f64,
+    sums: &mut Sums,
+) -> PointStep {
+    let mut total = PointStep::default();
+    let mut start = 0;
+    let points = &view.points[chunk.points.clone()];
+    let (rows, steps) = sums.rows_and_point_steps();
+    for ((&end, point), step) in chunk.ends.iter().zip(points).zip(steps) {
+        let track = &chunk.sightings[start..end as usize];
+        start = end as usize;
+        let rows = &mut rows[..track.len()];
+        let is_seen = weighed_rows(chunk, view, point, track, rows);
+        debug_assert!(is_seen, "a state without a cost is linearised");
+        let block = PointBlock::of(rows);
+        let mut gradient = block.gradient;
+        for (sighting, row) in track.iter().zip(&*rows) {
+            let image = sighting.image as usize;
+            let camera = chunk.cameras[chunk.camera_of[image] as usize] as usize;
+            let [turn, shift @ ..] = &poses[chunk.images[image] as usize].as_chunks::<3>().0 else {
+                continue;
+            };
+            let moved = Vector3::from(*turn).cross(point) + Vector3::from(shift[0]);
+            for axis in 0..2 {
+                let by_params: f64 =
+                    row.wrt_params[axis].iter().zip(&params[camera]).map(|(j, d)| j * d).sum();
+                let [x, y, z] = row.wrt_point[axis];
+                let change = x * moved.x + y * moved.y + z * moved.z + by_params;
+                gradient[0] += x * change;
+                gradient[1] += y * change;
+                gradient[2] += z * change;
+            }
+        }
+        let inverse = block.factor(damping);
+        *step = -Vector3::from(inverse.transpose_times(&inverse.times(&gradient)));
+        let [xx, _, yy, _, _, zz] = block.square;
+        total.weighed_square += xx * step.x * step.x + yy * step.y * step.y + zz * step.z * step.z;
+        total.square += step.norm_squared();
+    }
+    total
+}
+
+/// The cost of a chunk's points; none where one cannot be projected.
+fn cost(chunk: &Chunk, problem: &Problem, loss: Loss, state: &State) -> Option<f64> {
+    let mut sum = 0.0;
+    let mut start = 0;
+    for (&end, point) in chunk.ends.iter().zip(&state.points[chunk.points.clone()]) {
+        for sighting in &chunk.sightings[start..end as usize] {
+            let image = sighting.image as usize;
+            let camera = chunk.cameras[chunk.camera_of[image] as usize] as usize;
+            let pose = &state.poses[chunk.images[image] as usize];
+            let residual = problem.lenses[camera].kernel.residual;
+            let [x, y] = residual(&state.params[camera], pose, point, &sighting.xy)?;
+            sum += loss.at(x * x + y * y).value;
+        }
+        start = end as usize;
+    }
+    Some(0.5 * sum)
+}
+
+impl least_squares::Problem for Solver<'_> {
+    type State = State;
+
+    fn cost(&mut self, state: &State) -> Option<f64> {
+        let Self { problem, options, costs, .. } = self;
+        let chunks = problem.chunks.par_iter().zip(costs.par_iter_mut());
+        chunks.for_each(|(chunk, sum)| *sum = cost(chunk, problem, options.loss, state));
+        costs.iter().copied().sum::<Option<f64>>().filter(|cost| cost.is_finite())
+    }
+
+    fn linearize(&mut self, state: &State) {
+        self.at.clone_from(state);
+    }
+
+    fn solve(&mut self, damping: f64) -> Option<Step> {
+        let (by_points, point_gradient, _) = self.eliminate(damping);
+        let solved = self.system.solve(damping)?;
+        let points = self.follow(damping);
+        let weighed = solved.weighed_square + points.weighed_square;
+        Some(Step {
+            predicted: 0.5 * (damping * weighed + solved.descent + by_points),
+            gradient: solved.gradient.max(point_gradient * self.problem.frame.scale),
+            length: (solved.square + points.square).sqrt(),
+        })
+    }
+
+    fn step(&self, state: &State, moved: &mut State) {
+        for ((to, from), step) in moved.poses.iter_mut().zip(&state.poses).zip(&self.pose_steps) {
+            let [a, b, c, x, y, z] = *step;
+            let turn = from.turn * UnitQuaternion::from_scaled_axis(Vector3::new(a, b, c));
+            *to = Placed::new(turn, from.translation + from.rotation * Vector3::new(x, y, z));
+        }
+        moved.params.clone_from(&state.params);
+        for ((params, step), lens) in
+            moved.params.iter_mut().zip(&self.param_steps).zip(&self.problem.lenses)
+        {
+            for (&place, step) in lens.free.iter().zip(step) {
+                params[place] += step;
+            }
+        }
+        if self.options.mode.moves_points() {
+            let steps = self.sums.iter().flat_map(|sums| &sums.point_steps);
+            for ((to, from), step) in moved.points.iter_mut().zip(&state.points).zip(steps) {
+                *to = from + step;
+            }
+        }
+    }
+
+    fn length(&self, state: &State) -> f64 {
+        let points: f64 = state.points.iter().map(Vector3::norm_squared).sum();
+        let poses: f64 = state.poses.iter().map(|pose| 1.0 + pose.translation.norm_squared()).sum();
+        let params: f64 = state.params.iter().flatten().map(|value| value * value).sum();
+        (points + poses + params).sqrt()
+    }
+
+    fn freedom(&self) -> f64 {
+        self.freedom
+    }
+
+    fn tried(&mut self, trial: &least_squares::Trial) {
+        (self.watch)(trial);
+    }
+}
