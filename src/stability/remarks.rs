@@ -42,7 +42,7 @@ pub(super) fn duplicates(runs: &[Run], screened: &[Screened]) -> Vec<Finding> {
         let text = format!(
             "{} are the same to the last bit and count once: a copied run, or a repeat with the same seed; \
              no stability can be claimed from them",
-            names.join(", ")
+            listed(&names)
         );
         let group = Some(runs[0].group.clone());
         Finding { id: FindingId::DuplicateRuns, group, camera: None, runs: names, text }
@@ -116,6 +116,15 @@ pub(super) fn of_camera(
 /// A sentence that lists more cameras than this is not read.
 const LISTED: usize = 4;
 
+/// Runs in a sentence: all of a few, the first of many; a finding's `runs` has them all.
+pub(super) fn listed(runs: &[String]) -> String {
+    const MOST_NAMED: usize = 8;
+    if runs.len() <= MOST_NAMED {
+        return runs.join(", ");
+    }
+    format!("{} and {} more", runs[..LISTED].join(", "), runs.len() - LISTED)
+}
+
 /// Cameras that some runs of the group lack.
 fn missing(group: &str, populations: &[&Population]) -> Option<Finding> {
     let mut cameras: Vec<String> = Vec::new();
@@ -125,7 +134,7 @@ fn missing(group: &str, populations: &[&Population]) -> Option<Finding> {
         let lacking = samples.filter(|sample| sample.state == SampleState::Failed);
         let lacking: Vec<String> = lacking.map(|sample| sample.run.clone()).collect();
         if !lacking.is_empty() {
-            cameras.push(format!("{} is missing in {}", population.camera, lacking.join(", ")));
+            cameras.push(format!("{} is missing in {}", population.camera, listed(&lacking)));
             runs.extend(lacking);
         }
     }
@@ -173,7 +182,7 @@ fn mixed_states(population: &Population) -> Vec<Finding> {
         }
         let text = format!(
             "{}: {} is the same to the last bit in {} and so presumed held there; its statistics are of the {estimated} others",
-            population.camera, parameter.name, held.join(", ")
+            population.camera, parameter.name, listed(&held)
         );
         Some(of_camera(FindingId::MixedStates, population, held, text))
     });

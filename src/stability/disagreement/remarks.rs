@@ -1,7 +1,7 @@
 //! What is to be said of a population's spread, of its parts and of what its runs share.
 
 use super::super::overlap::MOST_SHARED;
-use super::super::remarks::of_camera;
+use super::super::remarks::{listed, of_camera};
 use super::super::{Finding, FindingId, Part, Population};
 
 /// Everything that a population's disagreement calls for.
@@ -43,7 +43,7 @@ fn parts(one: &Population) -> Vec<Finding> {
         let text = format!(
             "{}: {} is {:.2} px away from every other run; the spread is {:.2} px with all{without}",
             one.camera,
-            part.runs.join(", "),
+            listed(&part.runs),
             part.gap_px.unwrap_or_default(),
             spread.rotated.rms_px
         );
@@ -52,7 +52,7 @@ fn parts(one: &Population) -> Vec<Finding> {
     if basins.len() > 1 {
         let told = basins.iter().map(|part| {
             let px = part.spread_px.map_or(0.0, |[_, rotated]| rotated);
-            format!("{} ({px:.2} px among them)", part.runs.join(", "))
+            format!("{} ({px:.2} px among them)", listed(&part.runs))
         });
         let gap = basins.iter().filter_map(|part| part.gap_px).fold(f64::INFINITY, f64::min);
         let text = format!(
