@@ -7,6 +7,9 @@ use std::path::{Path, PathBuf};
 
 use assert_cmd::Command;
 use calibstab::bal;
+use calibstab::bundle::{self, Refine, Which};
+use calibstab::camera::ParamClass;
+use calibstab::least_squares::Reason;
 use calibstab::scene::{CameraId, Scene};
 use calibstab::{colmap, synth};
 use nalgebra::{Quaternion, UnitQuaternion, Vector2, Vector3};
@@ -53,6 +56,21 @@ fn the_initial_cost_of_a_real_problem_is_what_ceres_prints() {
     let (cost, count) = cost(&scene);
     assert_eq!((scene.cameras.len(), count), (16, 83_718));
     assert!((cost - 4.185660e+06).abs() <= 0.5, "{cost}");
+}
+
+#[test]
+fn adjustment_ends_where_ceres_does() {
+    let Some(file) = problem() else { return };
+    let all = [ParamClass::Focal, ParamClass::Extra].map(Which::Class).to_vec();
+    let refine = Refine { others: all, ..Refine::default() };
+    let options = bundle::Options { refine, ..bundle::Options::default() };
+    let adjusted = bundle::adjust(bal::read(&file).unwrap(), &options, &mut |_| {}).unwrap();
+    let outcome = adjusted.outcome;
+    assert_eq!((outcome.reason, outcome.observations), (Reason::Converged, 83_718));
+    assert!((outcome.initial_cost - 4.185660e+06).abs() <= 0.5, "{}", outcome.initial_cost);
+    // Ceres prints 1.803390e+04.
+    assert!((outcome.cost - 1.803390e+04).abs() <= 0.005, "{}", outcome.cost);
+    assert!((cost(&adjusted.scene).0 / outcome.cost - 1.0).abs() < 1e-9);
 }
 
 #[test]

@@ -9,6 +9,8 @@ use crate::scene::CameraId;
 
 /// An eigenvalue of the scaled information below this share of the largest is rounding: that direction is open.
 const OPEN: f64 = 1e-10;
+/// A parameter that, changed by its whole size or by 1, moves pixels by less than this, in px, changes nothing but rounding.
+const UNSEEN_PX: f64 = 1e-9;
 /// Parameters that have less than this share in an open direction are not named.
 const SMALL_SHARE: f64 = 0.1;
 
@@ -42,8 +44,14 @@ pub struct OpenDirection {
 }
 
 impl Covariance {
-    /// From the information, for residuals of variance one.
-    pub(super) fn new(params: Vec<FreeParam>, layout: &Layout, information: &Information) -> Self {
+    /// From the information of so many residuals, for variance one; `values` are those of the parameters.
+    pub(super) fn new(
+        params: Vec<FreeParam>,
+        values: &[f64],
+        residuals: usize,
+        layout: &Layout,
+        information: &Information,
+    ) -> Self {
         // The border's unknowns less those that fill it up.
         let border = layout.poses..layout.size;
         let places: Vec<usize> =
@@ -53,10 +61,14 @@ impl Covariance {
             let (row, column) = (places[row].max(places[column]), places[row].min(places[column]));
             information.rows[row][column]
         };
-        // What no observation depends on has a scale of zero and is open by itself.
-        let is_seen: Vec<usize> = (0..places.len()).filter(|&at| scales[at] > 0.0).collect();
+        // What no observation depends on has a scale of zero; it is open by itself, as is what moves no pixel.
+        let root = (residuals as f64).sqrt();
+        let moves = |&at: &usize| {
+            scales[at] > 0.0 && values[at].abs().max(1.0) > UNSEEN_PX * root * scales[at]
+        };
+        let is_seen: Vec<usize> = (0..places.len()).filter(moves).collect();
         let mut open: Vec<OpenDirection> = (0..places.len())
-            .filter(|&at| scales[at] <= 0.0)
+            .filter(|at| !moves(at))
             .map(|at| OpenDirection { changes: vec![(at, 1.0)] })
             .collect();
         let scaled = DMatrix::from_fn(is_seen.len(), is_seen.len(), |row, column| {
@@ -97,8 +109,25 @@ impl Covariance {
         Self { params, matrix, open }
     }
 
-    /// For residuals of this variance; without one nothing is known.
-    pub(super) fn scale(&mut self, variance: Option<f64>) {
+    /// How many parameters the priors determine: the trace of H^-1 P.
+    pub(super) fn share_of_priors(&self, weights: &[f64]) -> f64 {
+        let rows = self.matrix.iter().flatten().enumerate();
+        rows.map(|(at, row)| row[at] * weights[at]).sum()
+    }
+
+    /// For residuals of this variance; without one nothing is known. Priors of these weights P are part of the information H, but
+    /// their variance is what they say: Sigma = H^-1 (variance (H - P) + P) H^-1.
+    pub(super) fn scale(&mut self, variance: Option<f64>, weights: &[f64]) {
+        if let Some((matrix, variance)) = self.matrix.as_mut().zip(variance) {
+            let plain = matrix.clone();
+            for (row, of_row) in matrix.iter_mut().zip(&plain) {
+                for (entry, of_column) in row.iter_mut().zip(&plain) {
+                    let through = of_row.iter().zip(of_column).zip(weights);
+                    let by_priors: f64 = through.map(|((a, b), weight)| a * weight * b).sum();
+                    *entry += (1.0 / variance - 1.0) * by_priors;
+                }
+            }
+        }
         self.matrix = self.matrix.take().zip(variance).map(|(mut matrix, variance)| {
             matrix.iter_mut().flatten().for_each(|entry| *entry *= variance);
             matrix

@@ -16,6 +16,10 @@ pub struct Options {
     pub refine: Refine,
     /// What a residual costs.
     pub loss: Loss,
+    /// What is known of intrinsics beforehand.
+    pub priors: Vec<Prior>,
+    /// Between which values intrinsics stay.
+    pub bounds: Vec<Bound>,
     /// When to stop.
     pub stop: least_squares::Options,
     /// Memory that the adjustment may take, in bytes; any if none.
@@ -55,6 +59,38 @@ impl Mode {
     }
 }
 
+/// A parameter of one camera, or of every one that has it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Of {
+    /// The camera; any if none.
+    pub camera: Option<CameraId>,
+    /// The parameter's name.
+    pub name: String,
+}
+
+/// What is known of a parameter beforehand: it is near the mean, as a normal variable. For the adjustment it is one more residual of
+/// 1 px for each std that the parameter is off; the covariance takes the std as it is, whatever the noise of the pixels.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Prior {
+    /// Of what; of a parameter that does not move it says nothing.
+    pub of: Of,
+    /// Where it is.
+    pub mean: f64,
+    /// How well that is known.
+    pub std: f64,
+}
+
+/// Between which values a parameter stays. A start that is outside is put on the bound.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Bound {
+    /// Of what.
+    pub of: Of,
+    /// The least value; may be infinite.
+    pub least: f64,
+    /// The greatest value; may be infinite.
+    pub most: f64,
+}
+
 /// Some intrinsics of a camera.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Which {
@@ -85,6 +121,13 @@ impl Refine {
     /// What moves of this camera.
     pub fn of(&self, camera: CameraId) -> &[Which] {
         self.cameras.get(&camera).unwrap_or(&self.others)
+    }
+}
+
+impl Of {
+    /// Whether it is of this camera's parameter of this name.
+    pub fn is(&self, camera: CameraId, name: &str) -> bool {
+        self.name == name && self.camera.is_none_or(|own| own == camera)
     }
 }
 

@@ -1,8 +1,9 @@
 //! The adjustment as a whole: a scene in, the refined scene and what there is to say of it out.
 
 use super::covariance::{Covariance, FreeParam};
+use super::limits::Resting;
 use super::options::Options;
-use super::problem::{Dropped, Problem};
+use super::problem::{Dropped, Problem, State};
 use super::solver::Solver;
 use super::{BundleError, Loss, write_back};
 use crate::least_squares::{self, Reason, Trial};
@@ -22,9 +23,9 @@ pub struct Adjusted {
 pub struct Outcome {
     /// Why it stopped.
     pub reason: Reason,
-    /// 1/2 sum of rho before, in px^2.
+    /// 1/2 sum of rho before, in px^2, with what the priors cost.
     pub initial_cost: f64,
-    /// 1/2 sum of rho after, in px^2.
+    /// 1/2 sum of rho after, in px^2, with what the priors cost.
     pub cost: f64,
     /// Steps that were tried.
     pub iterations: usize,
@@ -42,7 +43,7 @@ pub struct Outcome {
     pub unknowns: usize,
     /// Of these, how many the observations determine.
     pub rank: usize,
-    /// sqrt(2 cost / (2 observations - rank)), in px: the noise of one coordinate, if the loss is squared; none when no residual is
+    /// sqrt(2 cost / (2 observations - rank)), in px, priors left aside: the noise of one coordinate, if the loss is squared; none when no residual is
     /// left over.
     pub sigma_px: Option<f64>,
     /// The cameras, those included that took no image.
@@ -62,8 +63,10 @@ pub struct CameraOutcome {
     pub before: Camera,
     /// As it is.
     pub after: Camera,
-    /// The places of the parameters that moved.
+    /// The places of the parameters that moved, and are not on a bound.
     pub free: Vec<usize>,
+    /// The places of those that ended on a bound and stay there.
+    pub at_bound: Vec<usize>,
     /// Images that it took and that have observations.
     pub images: usize,
     /// Why no real lens has these intrinsics.
@@ -84,18 +87,26 @@ pub fn adjust(
     let before: Vec<(CameraId, Camera)> =
         scene.cameras.iter().map(|(id, camera)| (*id, *camera)).collect();
     let rigs_dissolved = write_back::write_back(&mut scene, &problem, options, &end.state)?;
-    let unknowns = problem.unknowns(options);
     let (information, nullity) = solver.information(&end.state);
-    let params = free_params(&scene, &problem);
+    let resting = problem.limits.resting(&end.state);
+    let unknowns = problem.unknowns(options).saturating_sub(resting.len());
+    let params = free_params(&scene, &problem, &resting);
     let residuals = 2 * problem.observations;
-    let of_rank = |rank: usize| {
-        let freedom = residuals.checked_sub(rank).filter(|&freedom| freedom > 0)?;
-        Some(2.0 * end.cost / freedom as f64)
+    let mut layout = problem.layout.clone();
+    resting.iter().for_each(|resting| layout.held[resting.unknown(&problem.layout)] = true);
+    let of_params = |of: fn(&Problem, &State, usize, usize) -> f64| -> Vec<f64> {
+        let number = |id| problem.cameras.binary_search(&id).unwrap_or_default();
+        params.iter().map(|p| of(&problem, &end.state, number(p.camera), p.place)).collect()
     };
-    let mut covariance = Covariance::new(params, &problem.layout, &information);
+    let values = of_params(|_, state, camera, place| state.params[camera][place]);
+    let weights = of_params(|problem, _, camera, place| problem.limits.weight(camera, place));
+    let mut covariance = Covariance::new(params, &values, residuals, &layout, &information);
     let rank = unknowns.saturating_sub(nullity + covariance.open.len());
-    let variance = of_rank(rank);
-    covariance.scale(variance);
+    // What priors determine takes up no residual.
+    let freedom = residuals as f64 - rank as f64 + covariance.share_of_priors(&weights);
+    let left = 2.0 * (end.cost - problem.limits.cost(&end.state));
+    let variance = (residuals > rank).then_some(left / freedom);
+    covariance.scale(variance, &weights);
     let is_meant = !covariance.params.is_empty() && options.loss == Loss::Squared;
     let outcome = Outcome {
         reason: end.reason,
@@ -110,18 +121,19 @@ pub fn adjust(
         unknowns,
         rank,
         sigma_px: variance.map(f64::sqrt),
-        cameras: before.into_iter().map(|before| camera(&scene, &problem, before)).collect(),
+        cameras: before.into_iter().map(|it| camera(&scene, &problem, &resting, it)).collect(),
         covariance: is_meant.then_some(covariance),
         rigs_dissolved,
     };
     Ok(Adjusted { scene, outcome })
 }
 
-fn free_params(scene: &Scene, problem: &Problem) -> Vec<FreeParam> {
+fn free_params(scene: &Scene, problem: &Problem, resting: &[Resting]) -> Vec<FreeParam> {
     let mut params = Vec::new();
-    for (id, lens) in problem.cameras.iter().zip(&problem.lenses) {
+    for (number, (id, lens)) in problem.cameras.iter().zip(&problem.lenses).enumerate() {
         let names = scene.cameras[id].intrinsics.model().params;
-        params.extend(lens.free.iter().map(|&place| FreeParam {
+        let moves = |&&place: &&usize| !resting.iter().any(|rests| rests.is(number, place));
+        params.extend(lens.free.iter().filter(moves).map(|&place| FreeParam {
             camera: *id,
             place,
             name: names[place].name,
@@ -130,17 +142,26 @@ fn free_params(scene: &Scene, problem: &Problem) -> Vec<FreeParam> {
     params
 }
 
-fn camera(scene: &Scene, problem: &Problem, (id, before): (CameraId, Camera)) -> CameraOutcome {
+fn camera(
+    scene: &Scene,
+    problem: &Problem,
+    resting: &[Resting],
+    (id, before): (CameraId, Camera),
+) -> CameraOutcome {
     let after = scene.cameras[&id];
     let number = problem.cameras.iter().position(|other| *other == id);
     let took = |image: &usize| {
         Some(problem.camera_of[*image] as usize) == number && problem.sightings[*image] > 0
     };
+    let all = number.map(|number| problem.lenses[number].free.clone()).unwrap_or_default();
+    let rests = |place: &usize| resting.iter().any(|it| number.is_some_and(|n| it.is(n, *place)));
+    let (at_bound, free) = all.into_iter().partition(rests);
     CameraOutcome {
         id,
         before,
         after,
-        free: number.map(|number| problem.lenses[number].free.clone()).unwrap_or_default(),
+        free,
+        at_bound,
         images: (0..problem.images.len()).filter(took).count(),
         implausible: after.implausible(),
     }

@@ -7,8 +7,9 @@ use nalgebra::Vector3;
 use super::cholesky::Dense;
 use super::chunk::{self, Chunk, Numbering, Sighted};
 use super::frame::Frame;
+use super::limits::Limits;
 use super::linearize::{Kernel, Lens, MOST_PARAMS, Params, Placed, Sighting};
-use super::options::{Options, Refine, Which};
+use super::options::{Options, Which};
 use super::schur::Layout;
 use super::{BundleError, gauge};
 use crate::scene::{CameraId, Geometry, ImageId, Scene};
@@ -39,6 +40,7 @@ pub(super) struct Problem {
     pub lenses: Vec<Lens>,
     pub start: State,
     pub layout: Layout,
+    pub limits: Limits,
     /// The widths of the cameras' shares of the border.
     pub widths: Vec<usize>,
     pub frame: Frame,
@@ -59,14 +61,15 @@ pub(super) struct Problem {
 impl Problem {
     pub(super) fn new(scene: &Scene, options: &Options) -> Result<Self, BundleError> {
         let geometry = scene.geometry.as_ref().ok_or(BundleError::NoGeometry)?;
-        check_names(scene, &options.refine)?;
+        check_names(scene, options)?;
         let (images, camera_of, cameras) = number(geometry);
         let lenses = lenses(scene, &cameras, options);
+        let limits = Limits::new(scene, &cameras, &lenses, options);
         let frame = Frame::of(&geometry.points.iter().map(|point| point.xyz).collect::<Vec<_>>());
         let poses = images.iter().zip(geometry.poses()).map(|(&image, pose)| {
             pose.map(|pose| frame.pose_in(&pose)).ok_or(BundleError::NoPose(image))
         });
-        let start = State {
+        let mut start = State {
             poses: poses.collect::<Result<_, _>>()?,
             params: cameras
                 .iter()
@@ -74,9 +77,11 @@ impl Problem {
                 .collect(),
             points: Vec::new(),
         };
+        limits.put_inside(&mut start, &[]);
         let mut problem = Self {
             chunks: Vec::new(),
             layout: Layout::new(0, std::iter::empty()),
+            limits,
             widths: lenses.iter().map(|lens| lens.free.len().next_multiple_of(4)).collect(),
             lenses,
             start,
@@ -230,25 +235,32 @@ fn lenses(scene: &Scene, cameras: &[CameraId], options: &Options) -> Vec<Lens> {
 }
 
 /// A name that means nothing is a mistake of the user's, never a parameter that silently stays.
-fn check_names(scene: &Scene, refine: &Refine) -> Result<(), BundleError> {
+fn check_names(scene: &Scene, options: &Options) -> Result<(), BundleError> {
     let names = |id: &CameraId| {
         let params = scene.cameras[id].intrinsics.model().params.iter();
         params.map(|param| param.name).collect::<Vec<_>>()
     };
-    if let Some(id) = refine.cameras.keys().find(|id| !scene.cameras.contains_key(id)) {
+    let Options { refine, priors, bounds, .. } = options;
+    let limited = || priors.iter().map(|p| &p.of).chain(bounds.iter().map(|b| &b.of));
+    let mut named = refine.cameras.keys().chain(limited().filter_map(|of| of.camera.as_ref()));
+    if let Some(id) = named.find(|id| !scene.cameras.contains_key(id)) {
         return Err(BundleError::NoCamera(*id));
     }
     let others: Vec<CameraId> =
         scene.cameras.keys().filter(|id| !refine.cameras.contains_key(id)).copied().collect();
-    let mut asked = vec![(None, &refine.others, others)];
-    asked.extend(refine.cameras.iter().map(|(id, which)| (Some(*id), which, vec![*id])));
+    let mut asked = vec![(None, refine.others.clone(), others)];
+    asked.extend(refine.cameras.iter().map(|(id, which)| (Some(*id), which.clone(), vec![*id])));
+    asked.extend(limited().map(|of| {
+        let ids = of.camera.map_or_else(|| scene.cameras.keys().copied().collect(), |id| vec![id]);
+        (of.camera, vec![Which::Named(of.name.clone())], ids)
+    }));
     for (camera, which, ids) in asked {
         let known: BTreeSet<&str> = ids.iter().flat_map(names).collect();
         for which in which {
             match which {
                 Which::Named(name) if !ids.is_empty() && !known.contains(name.as_str()) => {
                     let known = known.into_iter().collect::<Vec<_>>().join(", ");
-                    return Err(BundleError::NoParam { name: name.clone(), camera, known });
+                    return Err(BundleError::NoParam { name, camera, known });
                 }
                 Which::Named(_) | Which::Class(_) => {}
             }

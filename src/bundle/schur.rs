@@ -162,6 +162,20 @@ impl System {
         }
     }
 
+    /// Adds what is known of an unknown beforehand.
+    pub(super) fn add_prior(&mut self, unknown: usize, weight: f64, gradient: f64) {
+        self.matrix.row_mut(unknown)[unknown] += weight;
+        self.diagonal[unknown] += weight;
+        self.gradient[unknown] += gradient;
+        self.own_gradient[unknown] += gradient;
+    }
+
+    /// Which unknowns stay from now on.
+    pub(super) fn hold(&mut self, held: &[bool], more: impl Iterator<Item = usize>) {
+        self.layout.held.copy_from_slice(held);
+        more.for_each(|unknown| self.layout.held[unknown] = true);
+    }
+
     /// Scales the system to a diagonal of ones before points are eliminated, damps it, and takes out what stays.
     fn scale(&mut self, damping: f64) {
         for (at, scale) in self.scales.iter_mut().enumerate() {

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use super::Loss;
 use super::chunk::Chunk;
 use super::eliminate::{PointBlock, Sums, View, eliminate, weighed_rows};
+use super::limits::Resting;
 use super::linearize::{Params, Placed};
 use super::options::Options;
 use super::problem::{Problem, State};
@@ -23,6 +24,9 @@ pub(super) struct Solver<'a> {
     pose_steps: Vec<[f64; 6]>,
     param_steps: Vec<Params>,
     costs: Vec<Option<f64>>,
+    /// Parameters that stay on their bounds, and the share of the step at which the next bound is met.
+    resting: Vec<Resting>,
+    share: f64,
     freedom: f64,
     watch: &'a mut dyn FnMut(&least_squares::Trial),
 }
@@ -48,6 +52,8 @@ impl<'a> Solver<'a> {
             pose_steps: vec![[0.0; 6]; problem.images.len()],
             param_steps: vec![[0.0; super::linearize::MOST_PARAMS]; problem.cameras.len()],
             costs: vec![None; problem.chunks.len()],
+            resting: Vec::new(),
+            share: 1.0,
             freedom: (2 * problem.observations) as f64 - unknowns as f64,
             problem,
             options,
@@ -58,11 +64,14 @@ impl<'a> Solver<'a> {
     /// Adds all points to the system at the last state; tells what points alone predict, doubled, their largest gradient, and in
     /// how many directions they are not determined.
     fn eliminate(&mut self, damping: f64) -> (f64, f64, usize) {
-        let Self { problem, options, at, sums, system, .. } = self;
+        let Self { problem, options, at, sums, system, resting, .. } = self;
         let view = view(problem, options, at);
         let chunks = problem.chunks.par_iter().zip(sums.par_iter_mut());
         chunks.for_each(|(chunk, sums)| eliminate(chunk, &view, damping, sums));
         system.assemble(&problem.chunks, sums);
+        problem.limits.add(at, &problem.layout, system);
+        let resting = resting.iter().map(|resting| resting.unknown(&problem.layout));
+        system.hold(&problem.layout.held, resting);
         sums.iter().fold((0.0, 0.0, 0), |(sum, most, nullity), sums| {
             let most = sums.point_gradient.max(most);
             (sum + sums.by_points, most, nullity + sums.nullity)
@@ -72,6 +81,7 @@ impl<'a> Solver<'a> {
     /// The information on the intrinsics at this state, and how many directions of poses and points are not determined.
     pub(super) fn information(&mut self, state: &State) -> (Information, usize) {
         self.at.clone_from(state);
+        self.resting = self.problem.limits.resting(state);
         let (.., points) = self.eliminate(0.0);
         let (information, poses) = self.system.information();
         (information, points + poses)
@@ -186,7 +196,8 @@ impl least_squares::Problem for Solver<'_> {
         let Self { problem, options, costs, .. } = self;
         let chunks = problem.chunks.par_iter().zip(costs.par_iter_mut());
         chunks.for_each(|(chunk, sum)| *sum = cost(chunk, problem, options.loss, state));
-        costs.iter().copied().sum::<Option<f64>>().filter(|cost| cost.is_finite())
+        let sum = costs.iter().copied().sum::<Option<f64>>()?;
+        Some(sum + problem.limits.cost(state)).filter(|cost| cost.is_finite())
     }
 
     fn linearize(&mut self, state: &State) {
@@ -194,8 +205,19 @@ impl least_squares::Problem for Solver<'_> {
     }
 
     fn solve(&mut self, damping: f64) -> Option<Step> {
-        let (by_points, point_gradient, _) = self.eliminate(damping);
-        let solved = self.system.solve(damping)?;
+        self.resting.clear();
+        let (by_points, point_gradient, solved) = loop {
+            let (by_points, point_gradient, _) = self.eliminate(damping);
+            let solved = self.system.solve(damping)?;
+            let Problem { limits, layout, .. } = self.problem;
+            match limits.share(&self.at, layout, &self.system.step) {
+                Ok(share) => {
+                    self.share = share;
+                    break (by_points, point_gradient, solved);
+                }
+                Err(resting) => self.resting.push(resting),
+            }
+        };
         let points = self.follow(damping);
         let weighed = solved.weighed_square + points.weighed_square;
         Some(Step {
@@ -207,7 +229,7 @@ impl least_squares::Problem for Solver<'_> {
 
     fn step(&self, state: &State, moved: &mut State) {
         for ((to, from), step) in moved.poses.iter_mut().zip(&state.poses).zip(&self.pose_steps) {
-            let [a, b, c, x, y, z] = *step;
+            let [a, b, c, x, y, z] = step.map(|part| self.share * part);
             let turn = from.turn * UnitQuaternion::from_scaled_axis(Vector3::new(a, b, c));
             *to = Placed::new(turn, from.translation + from.rotation * Vector3::new(x, y, z));
         }
@@ -216,13 +238,14 @@ impl least_squares::Problem for Solver<'_> {
             moved.params.iter_mut().zip(&self.param_steps).zip(&self.problem.lenses)
         {
             for (&place, step) in lens.free.iter().zip(step) {
-                params[place] += step;
+                params[place] += self.share * step;
             }
         }
+        self.problem.limits.put_inside(moved, &self.resting);
         if self.options.mode.moves_points() {
             let steps = self.sums.iter().flat_map(|sums| &sums.point_steps);
             for ((to, from), step) in moved.points.iter_mut().zip(&state.points).zip(steps) {
-                *to = from + step;
+                *to = from + step * self.share;
             }
         }
     }

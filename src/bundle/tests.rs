@@ -349,7 +349,8 @@ fn the_covariance_does_not_depend_on_the_gauge() {
             solver::Solver::new(&problem, &options, &mut watch).information(&start);
         assert_eq!(nullity, 0);
         let params = adjusted.outcome.covariance.as_ref().unwrap().params.clone();
-        covariance::Covariance::new(params, &layout, &information)
+        let count = params.len();
+        covariance::Covariance::new(params, &vec![1.0; count], 1, &layout, &information)
     };
     let baseline = |image: usize| 6 * image + 3;
     let one = information(&[0, 1, 2, 3, 4, 5, baseline(6)]);

@@ -34,7 +34,7 @@ pub(super) struct Copy {
 impl Copy {
     pub(super) fn run(&self, quiet: bool) -> Result<(), Failure> {
         let form = if self.binary { Form::Binary } else { Form::Text };
-        let (scene, remarks) = model::read(&self.model)?;
+        let (scene, _, remarks) = model::read(&self.model)?;
         let written = colmap::write(&scene, &self.out, form)
             .map_err(|error| Failure::Input(error.to_string()))?;
         let mut talk = anstream::stderr();

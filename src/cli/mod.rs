@@ -9,6 +9,7 @@ mod grouping;
 mod help;
 mod inputs;
 mod inspect;
+mod limits;
 mod model;
 mod models;
 mod output;

@@ -8,8 +8,8 @@ use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressDrawTarget};
 
 use super::failure::Failure;
-use super::refined;
-use crate::bundle::{self, Loss, Options, Refine as Chosen, Which};
+use super::{limits, model, refined};
+use crate::bundle::{self, Bound, Loss, Options, Prior, Refine as Chosen, Which};
 use crate::camera::ParamClass;
 use crate::colmap;
 use crate::least_squares::{self, Stop, Trial};
@@ -21,7 +21,7 @@ use crate::scene::CameraId;
 /// it came. The points' stored errors are computed anew. Results come back in the frame of the model.
 #[derive(Args)]
 pub(super) struct Refine {
-    /// A model folder, or a run folder with sparse or sparse/0
+    /// A model folder, a run folder with sparse or sparse/0, or a Bundle Adjustment in the Large problem
     model: PathBuf,
 
     /// The folder to write the refined model into
@@ -47,6 +47,16 @@ pub(super) struct Adjustment {
     /// [default: focal,extra]
     #[arg(long, value_name = "[CAMERA:]WHICH,...", value_parser = Wish::parse)]
     refine: Vec<Wish>,
+
+    /// What is known of an intrinsic beforehand, with its std, as in fx=800+-5; for one camera as in 1:fx=800+-5
+    ///
+    /// One more residual: of 1 px for each std that the parameter is off.
+    #[arg(long, value_name = "[CAMERA:]NAME=MEAN+-STD", value_parser = limits::prior)]
+    prior: Vec<Prior>,
+
+    /// Between which values an intrinsic stays, as in k1=-0.5..0.5 or 1:k1=..0.5
+    #[arg(long, value_name = "[CAMERA:]NAME=LEAST..MOST", value_parser = limits::bound)]
+    bound: Vec<Bound>,
 
     /// What a residual costs: squared, or huber, soft-l1, cauchy with their scale in px, as in cauchy:1
     #[arg(long, value_name = "LOSS[:SCALE]", default_value = "squared", value_parser = parse_loss)]
@@ -93,10 +103,9 @@ struct Wish {
 impl Refine {
     pub(super) fn run(&self, out: &mut impl Write, quiet: bool) -> Result<(), Failure> {
         let failed = |error: &dyn std::error::Error| Failure::Input(error.to_string());
-        let model = colmap::find_one(&self.model).map_err(|error| failed(&error))?;
-        let scene = model.read().map_err(|error| failed(&error))?;
+        let (scene, form, remarks) = model::read(&self.model)?;
         let mut talk = anstream::stderr();
-        for remark in &model.remarks {
+        for remark in &remarks {
             writeln!(talk, "remark: {remark}")?;
         }
         let target = if quiet || self.verbose {
@@ -121,7 +130,7 @@ impl Refine {
         let adjusted = bundle::adjust(scene, &options, &mut watch)
             .map_err(|error| Failure::Input(format!("{}: {error}", self.model.display())))?;
         bar.finish_and_clear();
-        let written = colmap::write(&adjusted.scene, &self.out, model.form);
+        let written = colmap::write(&adjusted.scene, &self.out, form);
         let written = written.map_err(|error| failed(&error))?;
         for remark in written.remarks.iter().chain(&refined::remarks(&adjusted.outcome)) {
             writeln!(talk, "remark: {remark}")?;
@@ -152,6 +161,8 @@ impl Adjustment {
             },
             refine: chosen(&self.refine),
             loss: self.loss,
+            priors: self.prior.clone(),
+            bounds: self.bound.clone(),
             stop: match self.stop {
                 Rule::Decrement => least_squares::Options::default(),
                 Rule::Colmap => {

@@ -62,6 +62,10 @@ pub(super) fn remarks(outcome: &Outcome) -> Vec<String> {
         if camera.images == 0 {
             remarks.push(format!("camera {} took no image that takes part", camera.id));
         }
+        for &place in &camera.at_bound {
+            let name = camera.after.intrinsics.model().params[place].name;
+            remarks.push(format!("camera {}: {name} ended on its bound", camera.id));
+        }
         if let Some(why) = &camera.implausible {
             remarks.push(format!("camera {} is no real lens: {why}", camera.id));
         }
@@ -83,14 +87,17 @@ pub(super) fn json(outcome: &Outcome) -> String {
     });
     let cameras = outcome.cameras.iter().map(|camera| {
         let model = camera.after.intrinsics.model();
-        let free: Vec<&str> = camera.free.iter().map(|&place| model.params[place].name).collect();
+        let names = |places: &[usize]| -> Vec<&str> {
+            places.iter().map(|&place| model.params[place].name).collect()
+        };
         json!({
             "id": camera.id.0,
             "model": model.name,
             "images": camera.images,
             "before": camera.before.intrinsics.params(),
             "after": camera.after.intrinsics.params(),
-            "free": free,
+            "free": names(&camera.free),
+            "at_bound": names(&camera.at_bound),
             "implausible": camera.implausible,
         })
     });
@@ -178,6 +185,7 @@ fn table(camera: &CameraOutcome, covariance: Option<&Covariance>, first: usize) 
         let decimals = decimals(*after, std.map(|(row, stds)| stds[first + row]));
         let _ = write!(text, "  {name:8} {before:>14.decimals$} {after:>14.decimals$}");
         match camera.free.iter().position(|&free| free == place) {
+            None if camera.at_bound.contains(&place) => text.push_str("  at its bound"),
             None => text.push_str("  held"),
             Some(row) => {
                 if let Some((covariance, stds)) = covariance.zip(stds.as_ref()) {
