@@ -2,7 +2,10 @@
 //!
 //! Row after row, lower triangle. Each number is computed by one thread in one order: the same bits for any number of threads.
 
+use multiversion::multiversion;
 use rayon::prelude::*;
+
+use super::products::add_scaled;
 
 /// Columns eliminated at a time: a block of them and eight rows stay in the nearest cache.
 const BLOCK: usize = 48;
@@ -158,7 +161,23 @@ fn solve_tile<'a>(
 }
 
 /// rows -= rows of the panel times its transpose, as far as the diagonal and a little beyond it.
+#[multiversion(targets("x86_64+avx2+fma"))]
 fn update_rows(
+    rows: &mut [f64],
+    size: usize,
+    end: usize,
+    panel: (usize, &[[f64; LANES]]),
+    width: usize,
+) {
+    if multiversion::target::target_cfg_f!(target_feature = "fma") {
+        update::<true>(rows, size, end, panel, width);
+    } else {
+        update::<false>(rows, size, end, panel, width);
+    }
+}
+
+#[inline(always)]
+fn update<const FUSED: bool>(
     rows: &mut [f64],
     size: usize,
     end: usize,
@@ -173,10 +192,7 @@ fn update_rows(
             let mut sums = [[0.0; LANES]; TILE];
             for (left, right) in left.iter().zip(right) {
                 for (row, sum) in sums.iter_mut().enumerate() {
-                    let factor = left[half * TILE + row];
-                    for lane in 0..LANES {
-                        sum[lane] += factor * right[lane];
-                    }
+                    add_scaled::<LANES, FUSED>(sum, left[half * TILE + row], right);
                 }
             }
             for (row, sum) in rows.chunks_exact_mut(size).skip(half * TILE).zip(&sums) {

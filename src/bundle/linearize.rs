@@ -2,6 +2,7 @@
 //!
 //! What leaves it are plain blocks of numbers.
 
+use multiversion::multiversion;
 use nalgebra::{Matrix3, UnitQuaternion, Vector2, Vector3};
 
 use crate::camera::{CameraModel, Intrinsics, Job};
@@ -99,6 +100,7 @@ impl Job for Compile {
     }
 }
 
+#[multiversion(targets("x86_64+avx2+fma"))]
 fn linearize<M: CameraModel<N>, const N: usize>(
     lens: &Lens,
     params: &Params,

@@ -8,13 +8,17 @@ mod chunk;
 mod covariance;
 mod eliminate;
 mod error;
+mod follow;
 mod frame;
 mod gauge;
 mod linearize;
 mod loss;
 mod options;
 mod outcome;
+mod point;
 mod problem;
+mod products;
+mod rows;
 mod schur;
 mod solver;
 #[cfg(test)]

@@ -39,8 +39,6 @@ pub(super) struct Problem {
     pub lenses: Vec<Lens>,
     pub start: State,
     pub layout: Layout,
-    /// The widths of the cameras' shares of the border.
-    pub widths: Vec<usize>,
     pub frame: Frame,
     /// The images with their cameras, by their number here.
     pub images: Vec<ImageId>,
@@ -77,7 +75,6 @@ impl Problem {
         let mut problem = Self {
             chunks: Vec::new(),
             layout: Layout::new(0, std::iter::empty()),
-            widths: lenses.iter().map(|lens| lens.free.len().next_multiple_of(4)).collect(),
             lenses,
             start,
             frame,
@@ -161,7 +158,7 @@ impl Problem {
         }
         self.fits(Dense::bytes(self.layout.size), options)?;
         let numbering =
-            Numbering { camera_of: &self.camera_of, widths: &self.widths, poses, pairs };
+            Numbering { camera_of: &self.camera_of, width: self.layout.width, poses, pairs };
         self.chunks = chunk::cut(tracks, &numbering)?;
         self.fits(self.bytes(), options)
     }

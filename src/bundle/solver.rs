@@ -5,7 +5,8 @@ use rayon::prelude::*;
 
 use super::Loss;
 use super::chunk::Chunk;
-use super::eliminate::{PointBlock, Sums, View, eliminate, weighed_rows};
+use super::eliminate::{Sums, View, eliminate};
+use super::follow::{Followed, PointStep, follow};
 use super::linearize::{Params, Placed};
 use super::options::Options;
 use super::problem::{Problem, State};
@@ -25,13 +26,6 @@ pub(super) struct Solver<'a> {
     costs: Vec<Option<f64>>,
     freedom: f64,
     watch: &'a mut dyn FnMut(&least_squares::Trial),
-}
-
-/// What a pass over the points tells of their step.
-#[derive(Debug, Clone, Copy, Default)]
-struct PointStep {
-    weighed_square: f64,
-    square: f64,
 }
 
 impl<'a> Solver<'a> {
@@ -89,10 +83,9 @@ impl<'a> Solver<'a> {
             return PointStep::default();
         }
         let view = view(self.problem, self.options, &self.at);
-        let (poses, params) = (&self.pose_steps, &self.param_steps);
+        let followed = Followed { poses: &self.pose_steps, params: &self.param_steps, damping };
         let chunks = self.problem.chunks.par_iter().zip(self.sums.par_iter_mut());
-        let steps =
-            chunks.map(|(chunk, sums)| follow(chunk, &view, (poses, params), damping, sums));
+        let steps = chunks.map(|(chunk, sums)| follow(chunk, &view, &followed, sums));
         let mut total = PointStep::default();
         for step in steps.collect::<Vec<_>>() {
             total.weighed_square += step.weighed_square;
@@ -108,57 +101,11 @@ fn view<'a>(problem: &'a Problem, options: &Options, state: &'a State) -> View<'
         params: &state.params,
         poses: &state.poses,
         points: &state.points,
-        widths: &problem.widths,
+        width: problem.layout.width,
         loss: options.loss,
         moves_poses: options.mode.moves_poses(),
         moves_points: options.mode.moves_points(),
     }
-}
-
-/// Steps of a chunk's points: V step = -J^T (r + J_pose motion + J_params step).
-fn follow(
-    chunk: &Chunk,
-    view: &View<'_>,
-    (poses, params): (&[[f64; 6]], &[Params]),
-    damping: f64,
-    sums: &mut Sums,
-) -> PointStep {
-    let mut total = PointStep::default();
-    let mut start = 0;
-    let points = &view.points[chunk.points.clone()];
-    let (rows, steps) = sums.rows_and_point_steps();
-    for ((&end, point), step) in chunk.ends.iter().zip(points).zip(steps) {
-        let track = &chunk.sightings[start..end as usize];
-        start = end as usize;
-        let rows = &mut rows[..track.len()];
-        let is_seen = weighed_rows(chunk, view, point, track, rows);
-        debug_assert!(is_seen, "a state without a cost is linearised");
-        let block = PointBlock::of(rows);
-        let mut gradient = block.gradient;
-        for (sighting, row) in track.iter().zip(&*rows) {
-            let image = sighting.image as usize;
-            let camera = chunk.cameras[chunk.camera_of[image] as usize] as usize;
-            let [turn, shift @ ..] = &poses[chunk.images[image] as usize].as_chunks::<3>().0 else {
-                continue;
-            };
-            let moved = Vector3::from(*turn).cross(point) + Vector3::from(shift[0]);
-            for axis in 0..2 {
-                let by_params: f64 =
-                    row.wrt_params[axis].iter().zip(&params[camera]).map(|(j, d)| j * d).sum();
-                let [x, y, z] = row.wrt_point[axis];
-                let change = x * moved.x + y * moved.y + z * moved.z + by_params;
-                gradient[0] += x * change;
-                gradient[1] += y * change;
-                gradient[2] += z * change;
-            }
-        }
-        let inverse = block.factor(damping);
-        *step = -Vector3::from(inverse.transpose_times(&inverse.times(&gradient)));
-        let [xx, _, yy, _, _, zz] = block.square;
-        total.weighed_square += xx * step.x * step.x + yy * step.y * step.y + zz * step.z * step.z;
-        total.square += step.norm_squared();
-    }
-    total
 }
 
 /// The cost of a chunk's points; none where one cannot be projected.
