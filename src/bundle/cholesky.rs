@@ -171,13 +171,7 @@ fn solve_tile(tile: &mut [[f64; LANES]], corner: &[f64], size: usize, inverse_pi
 
 /// rows -= rows of the panel times its transpose, as far as the diagonal and a little beyond it.
 #[multiversion(targets("x86_64+avx2+fma"))]
-fn update_rows(
-    rows: &mut [f64],
-    size: usize,
-    end: usize,
-    group: usize,
-    panel: &Panel<'_>,
-) {
+fn update_rows(rows: &mut [f64], size: usize, end: usize, group: usize, panel: &Panel<'_>) {
     if multiversion::target::target_cfg_f!(target_feature = "fma") {
         update::<true>(rows, size, end, group, panel);
     } else {

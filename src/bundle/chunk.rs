@@ -85,7 +85,8 @@ pub(super) fn cut(
         }
         // Sums of many chunks that all see all images would be many times the system that they make.
         let sums: usize = chunks.iter().map(Chunk::sum_length).sum();
-        let unknowns = 6 * numbering.camera_of.len() + numbering.width * chunks.first().map_or(0, |c| c.cameras.len());
+        let unknowns = 6 * numbering.camera_of.len()
+            + numbering.width * chunks.first().map_or(0, |c| c.cameras.len());
         if chunks.len() <= 4 || sums <= 4 * unknowns * unknowns {
             return Ok(chunks);
         }

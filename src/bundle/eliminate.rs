@@ -11,7 +11,7 @@ use super::chunk::{Chunk, NONE, pair};
 use super::linearize::{Lens, MOST_PARAMS, Params, Placed, Row, Sighting};
 use super::point::{InverseFactor, PointBlock};
 use super::products::{Wide, add_outers, add_scaled, dot, fused, scaled, take_outers};
-use super::rows::weighed_rows;
+use super::rows::block_of;
 
 /// What is needed of the unknowns, and how to weigh.
 pub(super) struct View<'a> {
@@ -22,6 +22,8 @@ pub(super) struct View<'a> {
     /// A camera's share of the border.
     pub width: usize,
     pub loss: Loss,
+    /// Whether the loss bends as it does, or its curvature is made positive.
+    pub bends: bool,
     pub moves_poses: bool,
     pub moves_points: bool,
 }
@@ -144,9 +146,8 @@ fn add_points<const W: usize, const FUSED: bool>(
     for (&end, point) in chunk.ends.iter().zip(&view.points[chunk.points.clone()]) {
         let track = &chunk.sightings[start..end as usize];
         start = end as usize;
-        let is_seen = weighed_rows::<W>(chunk, view, point, track, &mut sums.scratch.rows);
-        debug_assert!(is_seen, "a state without a cost is linearised");
-        let own = eliminate_point::<FUSED>(view, damping, sums, track.len());
+        let block = block_of::<W, FUSED>(chunk, view, (point, track), &mut sums.scratch.rows);
+        let own = eliminate_point::<FUSED>(view, damping, sums, &block);
         let cameras = add_cameras::<W, FUSED>(chunk, view, sums, &own, track);
         if view.moves_poses {
             add_poses::<FUSED>(chunk, view, sums, &own, (point, track));
@@ -163,9 +164,8 @@ fn eliminate_point<const FUSED: bool>(
     view: &View<'_>,
     damping: f64,
     sums: &mut Sums,
-    sightings: usize,
+    block: &PointBlock,
 ) -> Eliminated {
-    let block = PointBlock::of::<FUSED>(&sums.scratch.rows[..sightings]);
     let inverse = if view.moves_points { block.factor(damping) } else { InverseFactor::ZERO };
     let reduced = inverse.times(&block.gradient);
     if view.moves_points {
@@ -204,7 +204,7 @@ fn add_cameras<const W: usize, const FUSED: bool>(
         let (x, y) = (leading::<W>(x), leading::<W>(y));
         for (sum, left) in border.rows.iter_mut().zip(0..3) {
             let Some(sum) = sum.first_chunk_mut::<W>() else { continue };
-            add_scaled::<W, FUSED>(sum, row.wrt_point[0][left], &x);
+            add_scaled::<W, FUSED>(sum, row.sign * row.wrt_point[0][left], &x);
             add_scaled::<W, FUSED>(sum, row.wrt_point[1][left], &y);
         }
         let [_, diagonal, gradient] = &mut cameras[camera];
@@ -216,7 +216,7 @@ fn add_cameras<const W: usize, const FUSED: bool>(
         }
         let start = chunk.camera_camera[pair(camera, camera)] as usize;
         let (square, _) = blocks[start..start + W * W].as_chunks_mut::<W>();
-        add_outers::<W, W, FUSED>(square, [&x, &y], [&x, &y]);
+        add_outers::<W, W, FUSED>(square, [&scaled(row.sign, &x), &y], [&x, &y]);
     }
     if !view.moves_points {
         borders[..count].iter_mut().for_each(|border| border.solved = [[0.0; MOST_PARAMS]; 3]);
@@ -283,22 +283,22 @@ fn add_poses<const FUSED: bool>(
     let Scratch { rows, factors, .. } = scratch;
     for (at, sighting) in track.iter().enumerate() {
         let image = sighting.image as usize;
-        let Row { residual, wrt_point: [along_x, along_y], .. } = &rows[at];
+        let Row { residual, sign, wrt_point: [along_x, along_y], .. } = &rows[at];
         let (x, y) = (lift(point, along_x), lift(point, along_y));
         for (lane, sum) in pose_diagonals[image].iter_mut().enumerate() {
             *sum = fused::<FUSED>(x[lane], x[lane], fused::<FUSED>(y[lane], y[lane], *sum));
         }
-        // J_pose^T (1 - J_point V^-1 J_point^T) J_pose, and the same with the residual for the last.
+        // With S the signs: (S - S J_point V^-1 J_point^T S) J_pose, and r - S J_point V^-1 g.
         let (s, t) = (eliminated.inverse.times(along_x), eliminated.inverse.times(along_y));
-        let mut kept_x = scaled(1.0 - dot::<3, FUSED>(&s, &s), &x);
+        let mut kept_x = scaled(sign - dot::<3, FUSED>(&s, &s), &x);
         let mut kept_y = scaled(1.0 - dot::<3, FUSED>(&t, &t), &y);
-        let st = dot::<3, FUSED>(&s, &t);
+        let st = sign * dot::<3, FUSED>(&s, &t);
         add_scaled::<8, FUSED>(&mut kept_x, -st, &y);
         add_scaled::<8, FUSED>(&mut kept_y, -st, &x);
-        for (kept, along, residual) in [(&mut kept_x, along_x, residual[0]), (&mut kept_y, along_y, residual[1])] {
-            kept[6] = residual - dot::<3, FUSED>(along, &eliminated.solved);
-            kept[7] = residual;
-        }
+        let carried = dot::<3, FUSED>(along_x, &eliminated.solved);
+        [kept_x[6], kept_x[7]] = [residual[0] - sign * carried, residual[0]];
+        let carried = dot::<3, FUSED>(along_y, &eliminated.solved);
+        [kept_y[6], kept_y[7]] = [residual[1] - carried, residual[1]];
         let own = chunk.pose_pose[pair(image, image)] as usize;
         add_outers::<8, 8, FUSED>(&mut blocks[own], [&x, &y], [&kept_x, &kept_y]);
         if !view.moves_points {
@@ -306,7 +306,7 @@ fn add_poses<const FUSED: bool>(
         }
         let mut columns = [[0.0; 8]; 3];
         for (axis, column) in columns.iter_mut().enumerate() {
-            *column = scaled(s[axis], &x);
+            *column = scaled(sign * s[axis], &x);
             add_scaled::<8, FUSED>(column, t[axis], &y);
         }
         factors[at] = columns;
@@ -353,7 +353,7 @@ fn add_borders<const W: usize, const FUSED: bool>(
             if start == NONE {
                 continue;
             }
-            // J_params - J_point V^-1 J_point^T J_params
+            // S (J_params - J_point V^-1 J_point^T S J_params)
             let (mut kept_x, mut kept_y) = ([0.0; W], [0.0; W]);
             if border.camera == chunk.camera_of[image] as usize {
                 let [x, y] = &row.wrt_params;
@@ -364,6 +364,7 @@ fn add_borders<const W: usize, const FUSED: bool>(
                 add_scaled::<W, FUSED>(&mut kept_x, -along_x[axis], &solved);
                 add_scaled::<W, FUSED>(&mut kept_y, -along_y[axis], &solved);
             }
+            kept_x = scaled(row.sign, &kept_x);
             let (block, _) = blocks[start as usize..][..6 * W].as_chunks_mut::<W>();
             add_outers::<W, 8, FUSED>(block, [&x, &y], [&kept_x, &kept_y]);
         }

@@ -6,9 +6,8 @@ use nalgebra::Vector3;
 use super::chunk::Chunk;
 use super::eliminate::{Sums, View};
 use super::linearize::{MOST_PARAMS, Params};
-use super::point::PointBlock;
 use super::products::fused;
-use super::rows::weighed_rows;
+use super::rows::block_of;
 
 /// What points follow.
 pub(super) struct Followed<'a> {
@@ -71,16 +70,14 @@ fn step_points<const W: usize, const FUSED: bool>(
         let track = &chunk.sightings[start..end as usize];
         start = end as usize;
         let rows = &mut rows[..track.len()];
-        let is_seen = weighed_rows::<W>(chunk, view, point, track, rows);
-        debug_assert!(is_seen, "a state without a cost is linearised");
-        let block = PointBlock::of::<FUSED>(rows);
+        let block = block_of::<W, FUSED>(chunk, view, (point, track), rows);
         let mut gradient = block.gradient;
         for (sighting, row) in track.iter().zip(&*rows) {
             let image = sighting.image as usize;
             let camera = chunk.cameras[chunk.camera_of[image] as usize] as usize;
             let [a, b, c, x, y, z] = followed.poses[chunk.images[image] as usize];
             let moved = Vector3::new(a, b, c).cross(point) + Vector3::new(x, y, z);
-            for axis in 0..2 {
+            for (axis, sign) in [row.sign, 1.0].into_iter().enumerate() {
                 let mut change = 0.0;
                 for (j, step) in row.wrt_point[axis].iter().zip(&moved) {
                     change = fused::<FUSED>(*j, *step, change);
@@ -89,13 +86,13 @@ fn step_points<const W: usize, const FUSED: bool>(
                     change = fused::<FUSED>(*j, *step, change);
                 }
                 for (sum, j) in gradient.iter_mut().zip(row.wrt_point[axis]) {
-                    *sum = fused::<FUSED>(j, change, *sum);
+                    *sum = fused::<FUSED>(sign * j, change, *sum);
                 }
             }
         }
         let inverse = block.factor(followed.damping);
         *step = -Vector3::from(inverse.transpose_times(&inverse.times(&gradient)));
-        let [xx, _, yy, _, _, zz] = block.square;
+        let [xx, yy, zz] = block.diagonal;
         total.weighed_square += xx * step.x * step.x + yy * step.y * step.y + zz * step.z * step.z;
         total.square += step.norm_squared();
     }

@@ -6,15 +6,37 @@ use super::Loss;
 use super::chunk::Chunk;
 use super::eliminate::View;
 use super::linearize::{Row, Run, Sighting};
+use super::point::PointBlock;
+
+/// Fills the rows of a point's track and sums its block. Where the loss bends down so far that the point's block is not
+/// positive, its curvature is made so, for this point.
+#[inline(always)]
+pub(super) fn block_of<const W: usize, const FUSED: bool>(
+    chunk: &Chunk,
+    view: &View<'_>,
+    (point, track): (&Vector3<f64>, &[Sighting]),
+    rows: &mut [Row],
+) -> PointBlock {
+    let rows = &mut rows[..track.len()];
+    let is_seen = weighed_rows::<W>(chunk, view, point, track, rows, view.bends);
+    debug_assert!(is_seen, "a state without a cost is linearised");
+    let block = PointBlock::of::<FUSED>(rows);
+    if !view.bends || block.is_positive() {
+        return block;
+    }
+    weighed_rows::<W>(chunk, view, point, track, rows, false);
+    PointBlock::of::<FUSED>(rows)
+}
 
 /// Fills the rows of a point's track, of which the first W parameters count, weighed by the loss; false if a sighting cannot be projected.
 #[inline(always)]
-pub(super) fn weighed_rows<const W: usize>(
+fn weighed_rows<const W: usize>(
     chunk: &Chunk,
     view: &View<'_>,
     point: &Vector3<f64>,
     track: &[Sighting],
     rows: &mut [Row],
+    bends: bool,
 ) -> bool {
     let mut start = 0;
     while start < track.len() {
@@ -31,45 +53,51 @@ pub(super) fn weighed_rows<const W: usize>(
         start = end;
     }
     if view.loss != Loss::Squared {
-        rows[..track.len()].iter_mut().for_each(|row| weigh::<W>(row, view.loss));
+        rows[..track.len()].iter_mut().for_each(|row| weigh::<W>(row, view.loss, bends));
     }
     true
 }
 
-/// Triggs' correction: J^T r becomes the gradient of 1/2 rho, J^T J its curvature where that is positive enough.
+/// Turns the rows so that the first is along the residual, and weighs them so that J^T r becomes the gradient of 1/2 rho and
+/// J^T J its curvature, but for that of the projection: Triggs' correction.
 #[inline(always)]
-fn weigh<const W: usize>(row: &mut Row, loss: Loss) {
+fn weigh<const W: usize>(row: &mut Row, loss: Loss, bends: bool) {
     let [x, y] = row.residual;
     let square = x * x + y * y;
     let rho = loss.at(square);
-    let along = curvature_along(loss, 1.0 + 2.0 * square * rho.curvature / rho.slope);
-    let (root, share) = (rho.slope.sqrt(), along.sqrt());
-    // J - (1 - share) r r^T J / |r|^2
-    let bend = if square > 0.0 { (1.0 - share) / square } else { 0.0 };
-    let correct = |[first, second]: [f64; 2]| {
-        let shift = bend * (x * first + y * second);
-        [root * (first - shift * x), root * (second - shift * y)]
-    };
-    for axis in 0..3 {
-        let column = correct([row.wrt_point[0][axis], row.wrt_point[1][axis]]);
-        [row.wrt_point[0][axis], row.wrt_point[1][axis]] = column;
-    }
-    for param in 0..W {
-        let column = correct([row.wrt_params[0][param], row.wrt_params[1][param]]);
-        [row.wrt_params[0][param], row.wrt_params[1][param]] = column;
-    }
-    row.residual = [x, y].map(|value| value * root / share);
+    let share = curvature_along(loss, 1.0 + 2.0 * square * rho.curvature / rho.slope, bends);
+    let length = square.sqrt();
+    let (cosine, sine) = if length > 0.0 { (x / length, y / length) } else { (1.0, 0.0) };
+    let across = rho.slope.sqrt();
+    let along = across * share.abs().sqrt();
+    let [first, second] = &mut row.wrt_point;
+    turn(first, second, [along * cosine, along * sine, across * cosine, across * sine]);
+    let [first, second] = &mut row.wrt_params;
+    let (first, second) = (&mut first[..W], &mut second[..W]);
+    turn(first, second, [along * cosine, along * sine, across * cosine, across * sine]);
+    row.residual = [length * across * across / along, 0.0];
+    row.sign = share.signum();
 }
 
-/// The share of the first-order weight that is kept along the residual: what the loss's own curvature is of it, kept positive.
+/// (first, second) become (c first + s second, C second - S first)
+#[inline(always)]
+fn turn(first: &mut [f64], second: &mut [f64], [c, s, across_c, across_s]: [f64; 4]) {
+    for (first, second) in first.iter_mut().zip(second) {
+        (*first, *second) = (c * *first + s * *second, across_c * *second - across_s * *first);
+    }
+}
+
+/// The share of the first-order weight that is kept along the residual: what the loss's own curvature is of it, or made positive.
 #[inline]
-fn curvature_along(loss: Loss, share: f64) -> f64 {
+fn curvature_along(loss: Loss, share: f64, bends: bool) -> f64 {
     /// Where a convex loss is straight the system must not become singular; ten times as much, and hundreds of steps are needed.
     const STRAIGHT: f64 = 1e-3;
     /// A loss that bends down drives steps too far where little is left of the weight; of the values tried this needs the fewest.
     const BENT: f64 = 0.3;
     match loss {
         Loss::Squared | Loss::Huber(_) | Loss::SoftL1(_) => share.max(STRAIGHT),
+        Loss::Cauchy(_) if bends && share.abs() > STRAIGHT => share,
+        Loss::Cauchy(_) if bends => STRAIGHT,
         Loss::Cauchy(_) => share.abs().max(BENT),
     }
 }

@@ -25,6 +25,10 @@ pub(super) struct Solver<'a> {
     param_steps: Vec<Params>,
     costs: Vec<Option<f64>>,
     freedom: f64,
+    /// Whether the loss's curvature counts as it is: near the end that makes steps few; far from it they would lead astray.
+    bends: bool,
+    /// The fall of the cost that the last step promised.
+    predicted: f64,
     watch: &'a mut dyn FnMut(&least_squares::Trial),
 }
 
@@ -43,6 +47,8 @@ impl<'a> Solver<'a> {
             param_steps: vec![[0.0; super::linearize::MOST_PARAMS]; problem.cameras.len()],
             costs: vec![None; problem.chunks.len()],
             freedom: (2 * problem.observations) as f64 - unknowns as f64,
+            bends: false,
+            predicted: f64::INFINITY,
             problem,
             options,
             watch,
@@ -52,8 +58,8 @@ impl<'a> Solver<'a> {
     /// Adds all points to the system at the last state; tells what points alone predict, doubled, their largest gradient, and in
     /// how many directions they are not determined.
     fn eliminate(&mut self, damping: f64) -> (f64, f64, usize) {
-        let Self { problem, options, at, sums, system, .. } = self;
-        let view = view(problem, options, at);
+        let Self { problem, options, at, sums, system, bends, .. } = self;
+        let view = view(problem, options, at, *bends);
         let chunks = problem.chunks.par_iter().zip(sums.par_iter_mut());
         chunks.for_each(|(chunk, sums)| eliminate(chunk, &view, damping, sums));
         system.assemble(&problem.chunks, sums);
@@ -66,6 +72,7 @@ impl<'a> Solver<'a> {
     /// The information on the intrinsics at this state, and how many directions of poses and points are not determined.
     pub(super) fn information(&mut self, state: &State) -> (Information, usize) {
         self.at.clone_from(state);
+        self.bends = false;
         let (.., points) = self.eliminate(0.0);
         let (information, poses) = self.system.information();
         (information, points + poses)
@@ -82,7 +89,7 @@ impl<'a> Solver<'a> {
         if !self.options.mode.moves_points() {
             return PointStep::default();
         }
-        let view = view(self.problem, self.options, &self.at);
+        let view = view(self.problem, self.options, &self.at, self.bends);
         let followed = Followed { poses: &self.pose_steps, params: &self.param_steps, damping };
         let chunks = self.problem.chunks.par_iter().zip(self.sums.par_iter_mut());
         let steps = chunks.map(|(chunk, sums)| follow(chunk, &view, &followed, sums));
@@ -95,7 +102,7 @@ impl<'a> Solver<'a> {
     }
 }
 
-fn view<'a>(problem: &'a Problem, options: &Options, state: &'a State) -> View<'a> {
+fn view<'a>(problem: &'a Problem, options: &Options, state: &'a State, bends: bool) -> View<'a> {
     View {
         lenses: &problem.lenses,
         params: &state.params,
@@ -103,6 +110,7 @@ fn view<'a>(problem: &'a Problem, options: &Options, state: &'a State) -> View<'
         points: &state.points,
         width: problem.layout.width,
         loss: options.loss,
+        bends,
         moves_poses: options.mode.moves_poses(),
         moves_points: options.mode.moves_points(),
     }
@@ -138,15 +146,26 @@ impl least_squares::Problem for Solver<'_> {
 
     fn linearize(&mut self, state: &State) {
         self.at.clone_from(state);
+        // Half the variance of one residual: no unknown is further than about its standard deviation from the end.
+        let cost: f64 = self.costs.iter().flatten().sum();
+        let is_near = self.predicted <= cost / self.freedom.max(1.0);
+        self.bends = is_near && self.options.loss.bends_down();
     }
 
     fn solve(&mut self, damping: f64) -> Option<Step> {
-        let (by_points, point_gradient, _) = self.eliminate(damping);
-        let solved = self.system.solve(damping)?;
+        let (mut by_points, mut point_gradient, _) = self.eliminate(damping);
+        let mut solved = self.system.solve(damping);
+        if solved.is_none() && self.bends {
+            self.bends = false;
+            (by_points, point_gradient, _) = self.eliminate(damping);
+            solved = self.system.solve(damping);
+        }
+        let solved = solved?;
         let points = self.follow(damping);
         let weighed = solved.weighed_square + points.weighed_square;
+        self.predicted = 0.5 * (damping * weighed + solved.descent + by_points);
         Some(Step {
-            predicted: 0.5 * (damping * weighed + solved.descent + by_points),
+            predicted: self.predicted,
             gradient: solved.gradient.max(point_gradient * self.problem.frame.scale),
             length: (solved.square + points.square).sqrt(),
         })

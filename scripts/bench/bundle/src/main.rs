@@ -12,8 +12,12 @@ use rustix::time::{ClockId, clock_gettime};
 fn main() {
     let mut arguments = std::env::args().skip(1);
     let model = arguments.next().expect("bench-bundle MODEL [THREADS]");
-    let threads = arguments.next().map_or(1, |threads| threads.parse().expect("THREADS is a number"));
-    rayon::ThreadPoolBuilder::new().num_threads(threads).build_global().expect("no pool was built before");
+    let threads =
+        arguments.next().map_or(1, |threads| threads.parse().expect("THREADS is a number"));
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build_global()
+        .expect("no pool was built before");
     let scene = colmap::find_one(model.as_ref()).expect("a model").read().expect("a sound model");
     let others = [Focal, PrincipalPoint, Extra].map(Which::Class).to_vec();
     let options = Options { refine: Refine { others, ..Refine::default() }, ..Options::default() };
@@ -47,6 +51,7 @@ fn seconds(clock: ClockId) -> f64 {
 /// The most memory that this process ever held.
 fn peak_kb() -> u64 {
     let status = std::fs::read_to_string("/proc/self/status").expect("Linux");
-    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:")).expect("a line on the peak");
+    let line =
+        status.lines().find_map(|line| line.strip_prefix("VmHWM:")).expect("a line on the peak");
     line.trim().trim_end_matches(" kB").parse().expect("a number of kB")
 }
