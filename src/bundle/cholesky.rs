@@ -2,7 +2,10 @@
 //!
 //! Row after row, lower triangle. Each number is computed by one thread in one order: the same bits for any number of threads.
 
+use multiversion::multiversion;
 use rayon::prelude::*;
+
+use super::products::{add_scaled, scaled};
 
 /// Columns eliminated at a time: a block of them and eight rows stay in the nearest cache.
 const BLOCK: usize = 48;
@@ -20,6 +23,8 @@ pub(super) struct Dense {
     inverse_pivots: Vec<f64>,
     /// The columns that are eliminated, by groups of eight rows: row groups of BLOCK x LANES.
     panel: Vec<[f64; LANES]>,
+    /// Which groups have a number other than zero there: images that share no point leave most of a long sequence empty.
+    is_filled: Vec<bool>,
 }
 
 impl Dense {
@@ -34,6 +39,7 @@ impl Dense {
             values: vec![0.0; size * size],
             inverse_pivots: vec![0.0; size],
             panel: vec![[0.0; LANES]; size.div_ceil(LANES) * BLOCK],
+            is_filled: vec![false; size.div_ceil(LANES)],
         }
     }
 
@@ -100,24 +106,29 @@ impl Dense {
     /// What the block's columns are below it, and what that takes from all that is to the right.
     fn eliminate_below(&mut self, start: usize, end: usize) {
         let (size, width) = (self.size, end - start);
-        let Self { values, inverse_pivots, panel, .. } = self;
+        let Self { values, inverse_pivots, panel, is_filled, .. } = self;
         let (corner, below) = values.split_at_mut(end * size);
-        let corner = |row: usize| &corner[(start + row) * size + start..][..row];
+        let corner = &corner[start * size + start..];
         let pivots = &inverse_pivots[start..end];
-        below.par_chunks_mut(LANES * size).zip(panel.par_chunks_mut(BLOCK)).for_each(
-            |(rows, tile)| {
+        let groups = below.par_chunks_mut(LANES * size).zip(panel.par_chunks_mut(BLOCK));
+        groups.zip(is_filled.par_iter_mut()).for_each(|((rows, tile), is_filled)| {
+            let mut columns = rows.chunks_exact(size).flat_map(|row| &row[start..end]);
+            *is_filled = columns.any(|value| value.abs() > 0.0 || value.is_nan());
+            if *is_filled {
                 for (lane, row) in rows.chunks_exact(size).enumerate() {
                     (0..width).for_each(|column| tile[column][lane] = row[start + column]);
                 }
-                solve_tile(tile, corner, pivots);
+                solve_tile(tile, corner, size, pivots);
                 for (lane, row) in rows.chunks_exact_mut(size).enumerate() {
                     (0..width).for_each(|column| row[start + column] = tile[column][lane]);
                 }
-            },
-        );
-        let panel = &*panel;
+            }
+        });
+        let panel = Panel { tiles: panel, is_filled, width };
         below.par_chunks_mut(LANES * size).enumerate().for_each(|(group, rows)| {
-            update_rows(rows, size, end, (group, &panel[..]), width);
+            if panel.is_filled[group] {
+                update_rows(rows, size, end, group, &panel);
+            }
         });
     }
 
@@ -138,45 +149,53 @@ impl Dense {
     }
 }
 
+/// The columns that are eliminated.
+struct Panel<'a> {
+    tiles: &'a [[f64; LANES]],
+    is_filled: &'a [bool],
+    width: usize,
+}
+
 /// Forward substitution for eight rows at a time.
-#[inline(always)]
-fn solve_tile<'a>(
-    tile: &mut [[f64; LANES]],
-    corner: impl Fn(usize) -> &'a [f64],
-    inverse_pivots: &[f64],
-) {
+#[multiversion(targets("x86_64+avx2+fma"))]
+fn solve_tile(tile: &mut [[f64; LANES]], corner: &[f64], size: usize, inverse_pivots: &[f64]) {
     for (column, pivot) in inverse_pivots.iter().enumerate() {
         let (known, rest) = tile.split_at_mut(column);
-        let target = &mut rest[0];
-        for (l, known) in corner(column).iter().zip(known) {
-            for lane in 0..LANES {
-                target[lane] -= l * known[lane];
-            }
+        let mut target = rest[0];
+        for (l, known) in corner[column * size..].iter().zip(known) {
+            add_scaled::<LANES, false>(&mut target, -l, known);
         }
-        target.iter_mut().for_each(|value| *value *= pivot);
+        rest[0] = scaled(*pivot, &target);
     }
 }
 
 /// rows -= rows of the panel times its transpose, as far as the diagonal and a little beyond it.
-fn update_rows(
+#[multiversion(targets("x86_64+avx2+fma"))]
+fn update_rows(rows: &mut [f64], size: usize, end: usize, group: usize, panel: &Panel<'_>) {
+    if multiversion::target::target_cfg_f!(target_feature = "fma") {
+        update::<true>(rows, size, end, group, panel);
+    } else {
+        update::<false>(rows, size, end, group, panel);
+    }
+}
+
+#[inline(always)]
+fn update<const FUSED: bool>(
     rows: &mut [f64],
     size: usize,
     end: usize,
-    (group, panel): (usize, &[[f64; LANES]]),
-    width: usize,
+    group: usize,
+    panel: &Panel<'_>,
 ) {
-    let left = &panel[group * BLOCK..][..width];
-    for other in 0..=group {
-        let right = &panel[other * BLOCK..][..width];
+    let left = &panel.tiles[group * BLOCK..][..panel.width];
+    for other in (0..=group).filter(|&other| panel.is_filled[other]) {
+        let right = &panel.tiles[other * BLOCK..][..panel.width];
         let first = end + other * LANES;
         for half in 0..LANES / TILE {
             let mut sums = [[0.0; LANES]; TILE];
             for (left, right) in left.iter().zip(right) {
                 for (row, sum) in sums.iter_mut().enumerate() {
-                    let factor = left[half * TILE + row];
-                    for lane in 0..LANES {
-                        sum[lane] += factor * right[lane];
-                    }
+                    add_scaled::<LANES, FUSED>(sum, left[half * TILE + row], right);
                 }
             }
             for (row, sum) in rows.chunks_exact_mut(size).skip(half * TILE).zip(&sums) {

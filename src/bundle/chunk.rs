@@ -53,8 +53,8 @@ pub(super) type Sighted = Vec<Sighting>;
 pub(super) struct Numbering<'a> {
     /// The camera of each image.
     pub camera_of: &'a [u32],
-    /// The width of each camera's share of the border.
-    pub widths: &'a [usize],
+    /// The width of a camera's share of the border.
+    pub width: usize,
     /// Whether sums between images are needed.
     pub poses: bool,
     /// Whether sums between different images are needed: only moving points make them.
@@ -85,7 +85,8 @@ pub(super) fn cut(
         }
         // Sums of many chunks that all see all images would be many times the system that they make.
         let sums: usize = chunks.iter().map(Chunk::sum_length).sum();
-        let unknowns = 6 * numbering.camera_of.len() + numbering.widths.iter().sum::<usize>();
+        let unknowns = 6 * numbering.camera_of.len()
+            + numbering.width * chunks.first().map_or(0, |c| c.cameras.len());
         if chunks.len() <= 4 || sums <= 4 * unknowns * unknowns {
             return Ok(chunks);
         }
@@ -134,8 +135,7 @@ impl Chunk {
 
     /// Gives a sum to each pair that shares a point.
     fn lay_out(&mut self, numbering: &Numbering<'_>) -> Result<(), BundleError> {
-        let widths: Vec<usize> =
-            self.cameras.iter().map(|&camera| numbering.widths[camera as usize]).collect();
+        let width = numbering.width;
         let mut cameras = Vec::new();
         let give = |slot: &mut u32, size: usize, length: &mut usize| -> Result<(), BundleError> {
             if *slot == NONE && size > 0 {
@@ -163,8 +163,7 @@ impl Chunk {
                 for &camera in &cameras {
                     if numbering.poses && (numbering.pairs || camera == own) {
                         let slot = image * self.cameras.len() + camera as usize;
-                        let size = 6 * widths[camera as usize];
-                        give(&mut self.pose_camera[slot], size, &mut self.border_length)?;
+                        give(&mut self.pose_camera[slot], 6 * width, &mut self.border_length)?;
                     }
                 }
             }
@@ -172,9 +171,8 @@ impl Chunk {
                 let firsts = if numbering.pairs { &cameras[..=at] } else { &cameras[at..=at] };
                 for &first in firsts {
                     let (first, second) = (first as usize, second as usize);
-                    let size = widths[first] * widths[second];
                     let slot = &mut self.camera_camera[pair(first, second)];
-                    give(slot, size, &mut self.border_length)?;
+                    give(slot, width * width, &mut self.border_length)?;
                 }
             }
         }
@@ -183,7 +181,7 @@ impl Chunk {
 
     /// How many numbers all sums are.
     pub(super) fn sum_length(&self) -> usize {
-        36 * self.pose_pose_count + self.border_length
+        48 * self.pose_pose_count + self.border_length
     }
 }
 

@@ -40,7 +40,7 @@ impl Free {
     }
 
     fn unknown(self, layout: &Layout) -> usize {
-        layout.cameras[self.camera].0 + self.index
+        layout.cameras[self.camera] + self.index
     }
 }
 

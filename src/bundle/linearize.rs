@@ -2,6 +2,7 @@
 //!
 //! What leaves it are plain blocks of numbers.
 
+use multiversion::multiversion;
 use nalgebra::{Matrix3, UnitQuaternion, Vector2, Vector3};
 
 use crate::camera::{CameraModel, Intrinsics, Job};
@@ -33,13 +34,19 @@ pub(super) struct Sighting {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Row {
     pub residual: [f64; 2],
+    /// What the products of the first row's derivatives count: -1 where the loss bends down so much that they count negative.
+    pub sign: f64,
     pub wrt_point: [[f64; 3]; 2],
     pub wrt_params: [Params; 2],
 }
 
 impl Row {
-    pub(super) const ZERO: Self =
-        Self { residual: [0.0; 2], wrt_point: [[0.0; 3]; 2], wrt_params: [[0.0; MOST_PARAMS]; 2] };
+    pub(super) const ZERO: Self = Self {
+        residual: [0.0; 2],
+        sign: 1.0,
+        wrt_point: [[0.0; 3]; 2],
+        wrt_params: [[0.0; MOST_PARAMS]; 2],
+    };
 }
 
 /// A camera as sightings are linearised: its functions, and which of its parameters move.
@@ -99,6 +106,7 @@ impl Job for Compile {
     }
 }
 
+#[multiversion(targets("x86_64+avx2+fma"))]
 fn linearize<M: CameraModel<N>, const N: usize>(
     lens: &Lens,
     params: &Params,
@@ -110,6 +118,7 @@ fn linearize<M: CameraModel<N>, const N: usize>(
         let pose = &run.poses[run.images[sighting.image as usize] as usize];
         let Some(seen) = M::linearize(params, &pose.see(&run.point)) else { return false };
         let wrt_point = seen.wrt_point * pose.rotation;
+        row.sign = 1.0;
         for axis in 0..2 {
             row.residual[axis] = seen.pixel[axis] - sighting.xy[axis];
             row.wrt_point[axis] =

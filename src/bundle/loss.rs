@@ -25,6 +25,11 @@ pub(super) struct Rho {
 }
 
 impl Loss {
+    /// Whether a residual can be so large that its cost curves down.
+    pub(super) fn bends_down(self) -> bool {
+        matches!(self, Self::Cauchy(_))
+    }
+
     /// rho at s.
     #[inline]
     pub(super) fn at(self, s: f64) -> Rho {

@@ -8,6 +8,7 @@ mod chunk;
 mod covariance;
 mod eliminate;
 mod error;
+mod follow;
 mod frame;
 mod gauge;
 mod limits;
@@ -15,7 +16,10 @@ mod linearize;
 mod loss;
 mod options;
 mod outcome;
+mod point;
 mod problem;
+mod products;
+mod rows;
 mod schur;
 mod solver;
 #[cfg(test)]

@@ -41,8 +41,6 @@ pub(super) struct Problem {
     pub start: State,
     pub layout: Layout,
     pub limits: Limits,
-    /// The widths of the cameras' shares of the border.
-    pub widths: Vec<usize>,
     pub frame: Frame,
     /// The images with their cameras, by their number here.
     pub images: Vec<ImageId>,
@@ -82,7 +80,6 @@ impl Problem {
             chunks: Vec::new(),
             layout: Layout::new(0, std::iter::empty()),
             limits,
-            widths: lenses.iter().map(|lens| lens.free.len().next_multiple_of(4)).collect(),
             lenses,
             start,
             frame,
@@ -166,7 +163,7 @@ impl Problem {
         }
         self.fits(Dense::bytes(self.layout.size), options)?;
         let numbering =
-            Numbering { camera_of: &self.camera_of, widths: &self.widths, poses, pairs };
+            Numbering { camera_of: &self.camera_of, width: self.layout.width, poses, pairs };
         self.chunks = chunk::cut(tracks, &numbering)?;
         self.fits(self.bytes(), options)
     }

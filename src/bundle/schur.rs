@@ -10,8 +10,10 @@ use super::linearize::{MOST_PARAMS, Params};
 pub(super) struct Layout {
     /// How many unknowns the poses are.
     pub poses: usize,
-    /// Where each camera's share of the border begins, and how wide it is: a multiple of four, for the processor's sake.
-    pub cameras: Vec<(usize, usize)>,
+    /// Where each camera's share of the border begins.
+    pub cameras: Vec<usize>,
+    /// How wide each camera's share is: the same for all, for the processor's sake.
+    pub width: usize,
     /// How many unknowns there are.
     pub size: usize,
     /// Unknowns that stay: those that fix the gauge, and those that fill up a camera's share.
@@ -20,16 +22,22 @@ pub(super) struct Layout {
 
 impl Layout {
     /// For so many images, or none if they stay, and so many free parameters of each camera.
-    pub(super) fn new(images: usize, free: impl Iterator<Item = usize>) -> Self {
+    pub(super) fn new(images: usize, free: impl Iterator<Item = usize> + Clone) -> Self {
         let poses = 6 * images;
         let mut held = vec![false; poses];
         let mut cameras = Vec::new();
+        // The passes over points are compiled for these widths.
+        let width = match free.clone().max().unwrap_or(0) {
+            0 => 0,
+            1..=4 => 4,
+            5..=8 => 8,
+            _ => MOST_PARAMS,
+        };
         for free in free {
-            let width = free.next_multiple_of(4);
-            cameras.push((held.len(), width));
+            cameras.push(held.len());
             held.extend((0..width).map(|place| place >= free));
         }
-        Self { poses, cameras, size: held.len(), held }
+        Self { poses, cameras, width, size: held.len(), held }
     }
 }
 
@@ -92,30 +100,25 @@ impl System {
         }
     }
 
-    fn add_vectors<const N: usize>(&mut self, start: usize, width: usize, values: &[[f64; N]; 3]) {
-        let vectors = [&mut self.gradient, &mut self.diagonal, &mut self.own_gradient];
-        for (vector, values) in vectors.into_iter().zip([&values[0], &values[1], &values[2]]) {
-            for (sum, value) in vector[start..start + width].iter_mut().zip(values) {
-                *sum += value;
-            }
-        }
-    }
-
     fn add_poses(&mut self, chunk: &Chunk, sums: &Sums) {
         for (second, &image) in chunk.images.iter().enumerate() {
             let start = 6 * image as usize;
-            self.add_vectors(start, 6, &sums.poses[second]);
             for (first, &earlier) in chunk.images[..=second].iter().enumerate() {
                 let slot = chunk.pose_pose[pair(first, second)];
                 if slot == NONE {
                     continue;
                 }
-                let (block, _) = sums.pose_blocks[slot as usize].as_chunks::<6>();
+                let block = &sums.pose_blocks[slot as usize];
                 for (row, values) in block.iter().enumerate() {
                     let target = &mut self.matrix.row_mut(start + row)[6 * earlier as usize..];
                     // A block on the diagonal ends there.
-                    for (sum, value) in target.iter_mut().zip(values) {
+                    for (sum, value) in target.iter_mut().zip(&values[..6]) {
                         *sum += value;
+                    }
+                    if first == second {
+                        self.gradient[start + row] += values[6];
+                        self.own_gradient[start + row] += values[7];
+                        self.diagonal[start + row] += sums.pose_diagonals[second][row];
                     }
                 }
             }
@@ -129,7 +132,7 @@ impl System {
                 if slot == NONE {
                     continue;
                 }
-                let (start, width) = self.layout.cameras[camera as usize];
+                let (start, width) = (self.layout.cameras[camera as usize], self.layout.width);
                 let block = &sums.blocks[slot as usize..slot as usize + 6 * width];
                 for place in 0..width {
                     let target = &mut self.matrix.row_mut(start + place)[6 * image as usize..][..6];
@@ -143,16 +146,21 @@ impl System {
 
     fn add_cameras(&mut self, chunk: &Chunk, sums: &Sums) {
         for (second, &camera) in chunk.cameras.iter().enumerate() {
-            let (start, width) = self.layout.cameras[camera as usize];
-            self.add_vectors(start, width, &sums.cameras[second]);
+            let (start, width) = (self.layout.cameras[camera as usize], self.layout.width);
+            let vectors = [&mut self.gradient, &mut self.diagonal, &mut self.own_gradient];
+            for (vector, values) in vectors.into_iter().zip(&sums.cameras[second]) {
+                for (sum, value) in vector[start..start + width].iter_mut().zip(values) {
+                    *sum += value;
+                }
+            }
             for (first, &earlier) in chunk.cameras[..=second].iter().enumerate() {
                 let slot = chunk.camera_camera[pair(first, second)];
                 if slot == NONE {
                     continue;
                 }
-                let (column, columns) = self.layout.cameras[earlier as usize];
-                let block = &sums.blocks[slot as usize..slot as usize + width * columns];
-                for (row, values) in block.chunks_exact(columns).enumerate() {
+                let column = self.layout.cameras[earlier as usize];
+                let block = &sums.blocks[slot as usize..slot as usize + width * width];
+                for (row, values) in block.chunks_exact(width).enumerate() {
                     let target = &mut self.matrix.row_mut(start + row)[column..];
                     for (sum, value) in target.iter_mut().zip(values) {
                         *sum += value;
@@ -233,7 +241,7 @@ impl System {
 
     /// The step of one camera's free parameters.
     pub(super) fn camera_step(&self, camera: usize) -> Params {
-        let (start, width) = self.layout.cameras[camera];
+        let (start, width) = (self.layout.cameras[camera], self.layout.width);
         let mut step = [0.0; MOST_PARAMS];
         step[..width].copy_from_slice(&self.step[start..start + width]);
         step

@@ -5,7 +5,8 @@ use rayon::prelude::*;
 
 use super::Loss;
 use super::chunk::Chunk;
-use super::eliminate::{PointBlock, Sums, View, eliminate, weighed_rows};
+use super::eliminate::{Sums, View, eliminate};
+use super::follow::{Followed, PointStep, follow};
 use super::limits::Resting;
 use super::linearize::{Params, Placed};
 use super::options::Options;
@@ -28,14 +29,11 @@ pub(super) struct Solver<'a> {
     resting: Vec<Resting>,
     share: f64,
     freedom: f64,
+    /// Whether the loss's curvature counts as it is: near the end that makes steps few; far from it they would lead astray.
+    bends: bool,
+    /// The fall of the cost that the last step promised.
+    predicted: f64,
     watch: &'a mut dyn FnMut(&least_squares::Trial),
-}
-
-/// What a pass over the points tells of their step.
-#[derive(Debug, Clone, Copy, Default)]
-struct PointStep {
-    weighed_square: f64,
-    square: f64,
 }
 
 impl<'a> Solver<'a> {
@@ -55,6 +53,8 @@ impl<'a> Solver<'a> {
             resting: Vec::new(),
             share: 1.0,
             freedom: (2 * problem.observations) as f64 - unknowns as f64,
+            bends: false,
+            predicted: f64::INFINITY,
             problem,
             options,
             watch,
@@ -64,8 +64,8 @@ impl<'a> Solver<'a> {
     /// Adds all points to the system at the last state; tells what points alone predict, doubled, their largest gradient, and in
     /// how many directions they are not determined.
     fn eliminate(&mut self, damping: f64) -> (f64, f64, usize) {
-        let Self { problem, options, at, sums, system, resting, .. } = self;
-        let view = view(problem, options, at);
+        let Self { problem, options, at, sums, system, resting, bends, .. } = self;
+        let view = view(problem, options, at, *bends);
         let chunks = problem.chunks.par_iter().zip(sums.par_iter_mut());
         chunks.for_each(|(chunk, sums)| eliminate(chunk, &view, damping, sums));
         system.assemble(&problem.chunks, sums);
@@ -82,6 +82,7 @@ impl<'a> Solver<'a> {
     pub(super) fn information(&mut self, state: &State) -> (Information, usize) {
         self.at.clone_from(state);
         self.resting = self.problem.limits.resting(state);
+        self.bends = false;
         let (.., points) = self.eliminate(0.0);
         let (information, poses) = self.system.information();
         (information, points + poses)
@@ -98,11 +99,10 @@ impl<'a> Solver<'a> {
         if !self.options.mode.moves_points() {
             return PointStep::default();
         }
-        let view = view(self.problem, self.options, &self.at);
-        let (poses, params) = (&self.pose_steps, &self.param_steps);
+        let view = view(self.problem, self.options, &self.at, self.bends);
+        let followed = Followed { poses: &self.pose_steps, params: &self.param_steps, damping };
         let chunks = self.problem.chunks.par_iter().zip(self.sums.par_iter_mut());
-        let steps =
-            chunks.map(|(chunk, sums)| follow(chunk, &view, (poses, params), damping, sums));
+        let steps = chunks.map(|(chunk, sums)| follow(chunk, &view, &followed, sums));
         let mut total = PointStep::default();
         for step in steps.collect::<Vec<_>>() {
             total.weighed_square += step.weighed_square;
@@ -112,63 +112,18 @@ impl<'a> Solver<'a> {
     }
 }
 
-fn view<'a>(problem: &'a Problem, options: &Options, state: &'a State) -> View<'a> {
+fn view<'a>(problem: &'a Problem, options: &Options, state: &'a State, bends: bool) -> View<'a> {
     View {
         lenses: &problem.lenses,
         params: &state.params,
         poses: &state.poses,
         points: &state.points,
-        widths: &problem.widths,
+        width: problem.layout.width,
         loss: options.loss,
+        bends,
         moves_poses: options.mode.moves_poses(),
         moves_points: options.mode.moves_points(),
     }
-}
-
-/// Steps of a chunk's points: V step = -J^T (r + J_pose motion + J_params step).
-fn follow(
-    chunk: &Chunk,
-    view: &View<'_>,
-    (poses, params): (&[[f64; 6]], &[Params]),
-    damping: f64,
-    sums: &mut Sums,
-) -> PointStep {
-    let mut total = PointStep::default();
-    let mut start = 0;
-    let points = &view.points[chunk.points.clone()];
-    let (rows, steps) = sums.rows_and_point_steps();
-    for ((&end, point), step) in chunk.ends.iter().zip(points).zip(steps) {
-        let track = &chunk.sightings[start..end as usize];
-        start = end as usize;
-        let rows = &mut rows[..track.len()];
-        let is_seen = weighed_rows(chunk, view, point, track, rows);
-        debug_assert!(is_seen, "a state without a cost is linearised");
-        let block = PointBlock::of(rows);
-        let mut gradient = block.gradient;
-        for (sighting, row) in track.iter().zip(&*rows) {
-            let image = sighting.image as usize;
-            let camera = chunk.cameras[chunk.camera_of[image] as usize] as usize;
-            let [turn, shift @ ..] = &poses[chunk.images[image] as usize].as_chunks::<3>().0 else {
-                continue;
-            };
-            let moved = Vector3::from(*turn).cross(point) + Vector3::from(shift[0]);
-            for axis in 0..2 {
-                let by_params: f64 =
-                    row.wrt_params[axis].iter().zip(&params[camera]).map(|(j, d)| j * d).sum();
-                let [x, y, z] = row.wrt_point[axis];
-                let change = x * moved.x + y * moved.y + z * moved.z + by_params;
-                gradient[0] += x * change;
-                gradient[1] += y * change;
-                gradient[2] += z * change;
-            }
-        }
-        let inverse = block.factor(damping);
-        *step = -Vector3::from(inverse.transpose_times(&inverse.times(&gradient)));
-        let [xx, _, yy, _, _, zz] = block.square;
-        total.weighed_square += xx * step.x * step.x + yy * step.y * step.y + zz * step.z * step.z;
-        total.square += step.norm_squared();
-    }
-    total
 }
 
 /// The cost of a chunk's points; none where one cannot be projected.
@@ -202,13 +157,23 @@ impl least_squares::Problem for Solver<'_> {
 
     fn linearize(&mut self, state: &State) {
         self.at.clone_from(state);
+        // Half the variance of one residual: no unknown is further than about its standard deviation from the end.
+        let cost: f64 = self.costs.iter().flatten().sum();
+        let is_near = self.predicted <= cost / self.freedom.max(1.0);
+        self.bends = is_near && self.options.loss.bends_down();
     }
 
     fn solve(&mut self, damping: f64) -> Option<Step> {
         self.resting.clear();
         let (by_points, point_gradient, solved) = loop {
             let (by_points, point_gradient, _) = self.eliminate(damping);
-            let solved = self.system.solve(damping)?;
+            let Some(solved) = self.system.solve(damping) else {
+                // The loss's own curvature may leave no minimum to step to; its weights always do.
+                if !std::mem::take(&mut self.bends) {
+                    return None;
+                }
+                continue;
+            };
             let Problem { limits, layout, .. } = self.problem;
             match limits.share(&self.at, layout, &self.system.step) {
                 Ok(share) => {
@@ -220,8 +185,9 @@ impl least_squares::Problem for Solver<'_> {
         };
         let points = self.follow(damping);
         let weighed = solved.weighed_square + points.weighed_square;
+        self.predicted = 0.5 * (damping * weighed + solved.descent + by_points);
         Some(Step {
-            predicted: 0.5 * (damping * weighed + solved.descent + by_points),
+            predicted: self.predicted,
             gradient: solved.gradient.max(point_gradient * self.problem.frame.scale),
             length: (solved.square + points.square).sqrt(),
         })

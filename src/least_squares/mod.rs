@@ -119,8 +119,8 @@ pub struct Outcome<S> {
     pub reason: Reason,
 }
 
-/// Damping at the start, as Ceres has it (a trust region of 1e4).
-const FIRST_DAMPING: f64 = 1e-4;
+/// Damping at the start, a tenth of Ceres': reconstructions start so near their end that more of it costs a step.
+const FIRST_DAMPING: f64 = 1e-5;
 /// Damping within which a Gauss-Newton step is indistinguishable from a damped one.
 const LEAST_DAMPING: f64 = 1e-15;
 /// Beyond this damping a step is too short to matter.
@@ -248,7 +248,9 @@ impl<P: Problem> Search<'_, P> {
         }
         if !is_hidden {
             let shrink = 1.0 - (2.0 * gain - 1.0).powi(3);
-            self.damping = (self.damping * shrink.max(1.0 / 3.0)).max(LEAST_DAMPING);
+            // A model that foretells the fall so well has earned a step as good as undamped.
+            let least = if (gain - 1.0).abs() < 0.1 { 0.01 } else { 1.0 / 3.0 };
+            self.damping = (self.damping * shrink.max(least)).max(LEAST_DAMPING);
         }
         self.growth = 2.0;
         self.cost = cost;
