@@ -123,9 +123,9 @@ fn lone_value(parameter: &Parameter) -> Cell {
 /// Why a parameter has no statistics.
 fn state(parameter: &Parameter) -> &'static str {
     let has = |state| parameter.samples.iter().any(|sample| sample.state == state);
-    if has(SampleState::PresumedHeld) {
+    if has(SampleState::Held) || has(SampleState::PresumedHeld) {
         "held"
-    } else if has(SampleState::Unknown) {
+    } else if has(SampleState::Unknown) || has(SampleState::Estimated) {
         "one run"
     } else {
         "failed"
@@ -157,6 +157,8 @@ fn tone(id: FindingId) -> Tone {
         | FindingId::BogusCamera
         | FindingId::FewImages
         | FindingId::MissingCamera
+        | FindingId::RefinementFailed
+        | FindingId::NotRefined
         | FindingId::OutlierRun
         | FindingId::Clusters
         | FindingId::SharedObservations
@@ -166,6 +168,7 @@ fn tone(id: FindingId) -> Tone {
         | FindingId::MixedCameras
         | FindingId::CameraMatch
         | FindingId::CameraPerImage
+        | FindingId::Refinement
         | FindingId::NoRay
         | FindingId::FewRuns
         | FindingId::Reading => Tone::Plain,

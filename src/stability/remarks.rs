@@ -122,7 +122,7 @@ fn missing(group: &str, populations: &[&Population]) -> Option<Finding> {
     let mut runs: BTreeSet<String> = BTreeSet::new();
     for population in populations {
         let samples = population.parameters.iter().take(1).flat_map(|parameter| &parameter.samples);
-        let lacking = samples.filter(|sample| sample.state == SampleState::Failed);
+        let lacking = samples.filter(|sample| sample.camera_id.is_none());
         let lacking: Vec<String> = lacking.map(|sample| sample.run.clone()).collect();
         if !lacking.is_empty() {
             cameras.push(format!("{} is missing in {}", population.camera, lacking.join(", ")));
