@@ -68,6 +68,7 @@ pub(super) fn left_spread(
     let spread = Compared::new(&calibrations(places, background), background.region)?.spread;
     Ok(LeftSpread {
         n: spread.n,
+        region: spread.region,
         cell_share: spread.cell_share,
         raw_rms_px: spread.raw.rms_px,
         rotated_rms_px: spread.rotated.rms_px,

@@ -8,6 +8,7 @@ pub(super) use apply::{Origin, predicted_correlations, refined};
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use super::spread::Region;
 use super::{Parameter, Run};
 use crate::bundle::{BundleError, CameraOutcome, Outcome};
 use crate::least_squares::Reason;
@@ -122,6 +123,8 @@ pub struct AsLeft {
 pub struct LeftSpread {
     /// How many calibrations.
     pub n: usize,
+    /// Which part of the image was asked for.
+    pub region: Region,
     /// Share of the image that was compared.
     pub cell_share: f64,
     /// RMS over the image of the calibrations as they are.
