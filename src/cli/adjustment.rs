@@ -94,6 +94,14 @@ impl Adjustment {
         }
     }
 
+    /// Whether anything but the defaults was asked for.
+    pub(super) fn is_asked_for(&self) -> bool {
+        let is_default = self.refine.is_empty()
+            && self.loss == Loss::Squared
+            && matches!((self.mode, self.stop), (Mode::SelfCalibration, Rule::Decrement));
+        !is_default
+    }
+
     /// The same for the record.
     pub(super) fn record(&self) -> RefinementOptions {
         let name = |value: &dyn Fn() -> Option<PossibleValue>| {

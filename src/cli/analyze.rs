@@ -96,7 +96,11 @@ impl Analyze {
         };
         let (mut runs, skipped) = self.inputs.read(quiet)?;
         if !self.no_refine {
-            refine_runs::refine(&mut runs, &self.how.options(), quiet)?;
+            let count = refine_runs::refine(&mut runs, &self.how.options(), quiet)?;
+            if count == 0 && self.how.is_asked_for() {
+                let why = "no group has images and points in all of its runs";
+                writeln!(anstream::stderr(), "remark: nothing was refined: {why}")?;
+            }
         }
         let analysis = stability::analyze(runs, skipped, options)
             .map_err(|error| Failure::Input(error.to_string()))?;

@@ -18,14 +18,15 @@ use crate::stability::Run;
 /// What became of the run of this index.
 type Refined = (usize, Result<Outcome, BundleError>);
 
-/// Refines every run of each group whose runs all have images and points; what comes of it stands in the run.
-pub(super) fn refine(runs: &mut [Run], options: &Options, quiet: bool) -> Result<(), Failure> {
+/// Refines every run of each group whose runs all have images and points; what comes of it stands in the run. Tells how many were
+/// tried.
+pub(super) fn refine(runs: &mut [Run], options: &Options, quiet: bool) -> Result<usize, Failure> {
     let hindered: BTreeSet<&str> =
         runs.iter().filter(|run| !run.is_refinable()).map(|run| run.group.as_str()).collect();
     let is_wanted = |index: &usize| !hindered.contains(runs[*index].group.as_str());
     let mut wanted: Vec<usize> = (0..runs.len()).filter(is_wanted).collect();
     if wanted.is_empty() {
-        return Ok(());
+        return Ok(0);
     }
     check_names(wanted.iter().map(|&index| &runs[index].scene), &options.refine)?;
     // The longest first, so that none is left over for one thread at the end.
@@ -48,7 +49,7 @@ pub(super) fn refine(runs: &mut [Run], options: &Options, quiet: bool) -> Result
     for (index, result) in done {
         runs[index].refinement = Some(result);
     }
-    Ok(())
+    Ok(wanted.len())
 }
 
 fn observation_count(scene: &Scene) -> usize {

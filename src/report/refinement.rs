@@ -42,7 +42,7 @@ pub(super) fn correlation_words(population: &Population) -> Option<String> {
     let mut told: Vec<String> =
         strong.iter().map(|(a, b, both)| format!("{a} with {b} {}", correlation(*both))).collect();
     if more > 0 {
-        told.push(format!("{more} more pairs"));
+        told.push(format!("and {more} more"));
     }
     (!told.is_empty()).then(|| format!("Correlated by the adjustments: {}", told.join(", ")))
 }
@@ -86,8 +86,8 @@ pub(super) fn adjustments_table(analysis: &Analysis) -> Option<Table> {
         "run",
         "ended",
         "steps",
-        "cost before",
-        "cost after",
+        "cost",
+        "fell by",
         "sigma px",
         "images",
         "points",
@@ -116,8 +116,8 @@ fn adjustment_cells(adjustment: &Adjustment) -> [Cell; 9] {
     [
         stopped(adjustment.stopped).into(),
         adjustment.iterations.to_string().into(),
-        format!("{:.6e}", adjustment.initial_cost).into(),
-        format!("{:.6e}", adjustment.cost).into(),
+        number::computed(adjustment.cost).into(),
+        number::std(adjustment.initial_cost - adjustment.cost).into(),
         adjustment.sigma_px.map_or(String::new(), |sigma| format!("{sigma:.4}")).into(),
         adjustment.images.to_string().into(),
         adjustment.points.to_string().into(),

@@ -2,6 +2,8 @@
 
 mod apply;
 pub(super) mod remarks;
+#[cfg(test)]
+mod tests;
 
 pub(super) use apply::{Origin, predicted_correlations, refined};
 

@@ -22,7 +22,7 @@ pub(in crate::stability) fn of_runs(runs: &[Run], how: &RefinementOptions) -> Ve
 /// Runs that cannot be refined keep the others of their group from it: two kinds of values are never mixed.
 fn not_refined(runs: &[Run]) -> Option<Finding> {
     let lacking = || runs.iter().filter(|run| !run.is_refinable());
-    if lacking().count() == runs.len() {
+    if [0, runs.len()].contains(&lacking().count()) {
         return None;
     }
     let text = format!(
@@ -49,10 +49,10 @@ fn refined(runs: &[Run], how: &RefinementOptions) -> Finding {
     };
     let RefinementOptions { mode, refine, loss, .. } = how;
     let text = format!(
-        "{} of {} runs were refined: {mode}, {} free, {loss} loss{noise}",
+        "{} of {} runs were refined: {mode} with {} free, {loss} loss{noise}",
         done.count(),
         runs.len(),
-        refine.join(" "),
+        refine.join(", "),
     );
     of_group(FindingId::Refinement, &runs[0].group, text)
 }
@@ -87,7 +87,7 @@ fn failures(runs: &[Run]) -> Vec<Finding> {
 /// What did not take part, and what hangs together by nothing.
 fn left_out(runs: &[Run]) -> Vec<Finding> {
     type Count = fn(&Outcome) -> usize;
-    let kinds: [(Count, &str); 4] = [
+    let kinds: [(Count, &str); 5] = [
         (
             |outcome| outcome.dropped.unprojectable,
             "observations cannot be projected at the start and were left out of the adjustment",
@@ -106,6 +106,10 @@ fn left_out(runs: &[Run]) -> Vec<Finding> {
                 outcome.unknowns.saturating_sub(outcome.rank + open)
             },
             "unknowns of poses, points or, with a robust loss, intrinsics are not determined",
+        ),
+        (
+            |outcome| if outcome.rigs_dissolved { outcome.images } else { 0 },
+            "images of rigs moved freely: the rigs did not bind them",
         ),
     ];
     let finding = |(count, what): (Count, &str)| {
