@@ -42,7 +42,7 @@ pub fn analyze(
 #[cfg(test)]
 mod tests {
     use super::super::testing::{run, simple_radial, with_images};
-    use super::super::{MatchRule, SampleState, Statistics};
+    use super::super::{FindingId, MatchRule, SampleState, Statistics};
     use super::*;
 
     fn analysis(runs: Vec<Run>) -> Analysis {
