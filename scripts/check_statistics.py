@@ -3,7 +3,7 @@
 
 Usage: check_statistics.py CALIBSTAB PATH [PATH ...] [--at-least N]
 
-For each PATH it runs `CALIBSTAB analyze PATH --out FOLDER --format json,csv`, reads the files named in the result once more
+For each PATH it runs `CALIBSTAB analyze PATH --no-refine --out FOLDER --format json,csv`, reads the files named in the result once more
 with pycolmap, and derives the result anew. Exit 1 when anything differs, or when fewer than N values were compared.
 
 The reference is exact where numpy would lose digits: means, deviations, quantiles and correlations are computed on the
@@ -43,10 +43,10 @@ EPSILON = np.finfo(float).eps
 MAD_TO_STD = 1.4826  # as the tool states it; 1 / Phi^-1(3/4) is 1.482602...
 FAR_FROM_ZERO = 2  # a mean of as many std, all samples of one sign, can bear a relative std
 FEW_IMAGES = Fraction(6, 10)  # of the group's median
-SUBJECT = "group,camera,model,width,height,parameter,class".split(",")
-SAMPLE_COLUMNS = SUBJECT + "run,camera_id,state,value,is_outlier".split(",")
+SUBJECT = "group,camera,model,width,height,parameter,class,source".split(",")
+SAMPLE_COLUMNS = SUBJECT + "run,camera_id,state,value,predicted_std,is_outlier".split(",")
 NUMBERS = "mean,std,std_px,relative_std,std_low_95,std_high_95,min,q1,median,q3,max,mad_std,whisker_low,whisker_high".split(",")
-STATISTICS_COLUMNS = SUBJECT + ["n", *NUMBERS, "outliers"]
+STATISTICS_COLUMNS = SUBJECT + ["n", *NUMBERS, "predicted_std", "outliers"]
 
 
 class Checks:
@@ -472,13 +472,13 @@ def check_csv(checks, path, folder, populations):
     samples, rows = [], []
     for population in populations:
         for parameter in population["parameters"]:
-            subject = [*(str(population[key]) for key in SUBJECT[:5]), parameter["name"], parameter["class"]]
+            subject = [*(str(population[key]) for key in SUBJECT[:5]), parameter["name"], parameter["class"], "colmap"]
             for s in parameter["samples"]:
                 camera_id = "" if s["camera_id"] is None else str(s["camera_id"])
                 outlier = "true" if s["is_outlier"] else "false"
-                samples.append([*subject, s["run"], camera_id, s["state"], bits(s["value"]), outlier])
+                samples.append([*subject, s["run"], camera_id, s["state"], bits(s["value"]), "", outlier])
             rows.append(subject + statistics_row(parameter))
-    checks.equal(f"{path}: subjects", len({tuple(row[:7]) for row in rows}), len(rows))
+    checks.equal(f"{path}: subjects", len({tuple(row[:8]) for row in rows}), len(rows))
 
     got = read_csv(checks, folder / "samples.csv", SAMPLE_COLUMNS)
     got = [list((row | {"value": number(row["value"])}).values()) for row in got]
@@ -492,11 +492,11 @@ def statistics_row(parameter):
     """What statistics.csv says of a parameter, by analysis.json."""
     s = parameter["statistics"]
     if s is None:
-        return ["0", *[None] * len(NUMBERS), ""]
+        return ["0", *[None] * len(NUMBERS), "", ""]
     flat = s | dict(zip(("std_low_95", "std_high_95"), s["std_interval_95"]))
     flat |= dict(zip(("whisker_low", "whisker_high"), s["whiskers"]))
     outliers = ";".join(sample["run"] for sample in parameter["samples"] if sample["is_outlier"])
-    return [str(s["n"]), *(bits(flat[key]) for key in NUMBERS), outliers]
+    return [str(s["n"]), *(bits(flat[key]) for key in NUMBERS), "", outliers]
 
 
 # The thesis: std as it prints them, means as its rows give them (its own printed means of three parameters are slips).
@@ -541,7 +541,7 @@ def no_constant(name):
 def check_path(checks, binary, path, validator):
     with tempfile.TemporaryDirectory() as scratch:
         out = Path(scratch) / "out"
-        command = [binary, "analyze", str(path), "--out", str(out), "--format", "json,csv"]
+        command = [binary, "analyze", str(path), "--no-refine", "--out", str(out), "--format", "json,csv"]
         done = subprocess.run(command, capture_output=True, text=True)
         checks.equal(f"{path}: exit code", done.returncode, 0)
         if done.returncode != 0:

@@ -202,4 +202,5 @@ def main():
     sys.exit(check.faults > 0 or check.count < given.at_least)
 
 
-main()
+if __name__ == "__main__":
+    main()

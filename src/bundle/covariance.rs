@@ -153,8 +153,14 @@ impl Covariance {
         let part = |&(at, change): &(usize, f64)| {
             let FreeParam { camera, name, .. } = self.params[at];
             let camera = if several { format!("camera {camera} ") } else { String::new() };
-            format!("{camera}{name} {:+.3}", change / unit)
+            format!("{camera}{name} {}", three_digits(change / unit))
         };
         direction.changes.iter().map(part).collect::<Vec<_>>().join(" with ")
     }
+}
+
+/// A signed number of three significant digits, however small.
+fn three_digits(value: f64) -> String {
+    let short = format!("{value:.2e}").parse::<f64>();
+    short.map_or_else(|_| value.to_string(), |short| format!("{short:+}"))
 }

@@ -1,6 +1,7 @@
 //! What moves, what a residual costs, and when to stop.
 
 use std::collections::BTreeMap;
+use std::fmt;
 
 use super::Loss;
 use crate::camera::{Param, ParamClass};
@@ -89,6 +90,27 @@ pub struct Bound {
     pub least: f64,
     /// The greatest value; may be infinite.
     pub most: f64,
+}
+
+impl fmt::Display for Of {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self.camera {
+            Some(id) => write!(f, "{}:{}", id.0, self.name),
+            None => f.write_str(&self.name),
+        }
+    }
+}
+
+impl fmt::Display for Prior {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(f, "{}={}+-{}", self.of, self.mean, self.std)
+    }
+}
+
+impl fmt::Display for Bound {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(f, "{}={}..{}", self.of, self.least, self.most)
+    }
 }
 
 /// Some intrinsics of a camera.

@@ -7,17 +7,20 @@ use clap::{Args, ValueEnum};
 use rayon::prelude::*;
 use terminal_size::{Width, terminal_size_of};
 
+use super::adjustment::Adjustment;
 use super::failure::Failure;
 use super::inputs::Inputs;
 use super::output::{OutputFile, write_files};
+use super::refine_runs;
 use crate::report::{self, plot};
 use crate::stability::spread::Region;
 use crate::stability::{self, Analysis, MatchRule, Options};
 
 /// Report how far the calibrations of repeated reconstructions disagree
 ///
-/// Reads the runs, finds out which cameras of different runs are the same, and prints mean, standard deviation and more
-/// of every parameter of each camera in each group of runs.
+/// Reads the runs, refines those that have images and points to the optimum, finds out which cameras of different runs are the
+/// same, and prints mean, standard deviation and more of every parameter of each camera in each group of runs: as refined, and
+/// beside that as COLMAP left them.
 #[derive(Args)]
 pub(super) struct Analyze {
     #[command(flatten)]
@@ -41,6 +44,10 @@ pub(super) struct Analyze {
     #[arg(long, value_name = "REGION")]
     region: Option<Region>,
 
+    /// Take the parameters as COLMAP left them, also where images and points would let them be refined
+    #[arg(long, conflicts_with_all = ["refine", "prior", "bound", "loss", "mode", "stop"])]
+    no_refine: bool,
+
     /// Write a report into this folder
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
@@ -48,6 +55,9 @@ pub(super) struct Analyze {
     /// What the report consists of [default: all]
     #[arg(long, value_enum, value_delimiter = ',', requires = "out", value_name = "FORMAT,...")]
     format: Vec<Format>,
+
+    #[command(flatten)]
+    how: Adjustment,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -81,9 +91,17 @@ impl Analyze {
             pool: self.pool,
             exclude_flagged: self.exclude_flagged,
             region: self.region,
+            refinement: (!self.no_refine).then(|| self.how.record()),
             ..self.inputs.options()?
         };
-        let (runs, skipped) = self.inputs.read(quiet)?;
+        let (mut runs, skipped) = self.inputs.read(quiet)?;
+        if !self.no_refine {
+            let count = refine_runs::refine(&mut runs, &self.how.options(), quiet)?;
+            if count == 0 && self.how.is_asked_for() {
+                let why = "no group has images and points in all of its runs";
+                writeln!(anstream::stderr(), "remark: nothing was refined: {why}")?;
+            }
+        }
         let analysis = stability::analyze(runs, skipped, options)
             .map_err(|error| Failure::Input(error.to_string()))?;
         if let Some(folder) = &self.out {

@@ -11,13 +11,15 @@ use crate::report;
 pub(super) const LONG: &str = "\
 Examples:
   calibstab analyze runs/*/cameras.txt
-      the runs of one folder are one group: how far do they disagree?
+      the runs of one folder are one group: how far do they disagree, refined and as COLMAP left them?
   calibstab analyze experiments
       every model below experiments; runs of one parent folder are a group
   calibstab analyze a/sparse/0 b/sparse/0 --out report --format json,md,svg
       the same, and a report in files
   calibstab analyze 'data/*/*/sparse' --group-by '{session}/{run}/sparse'
       groups named by a part of the path
+  calibstab analyze runs --refine all --loss cauchy:1
+      with the principal points free too, and a loss by which outliers count less
   calibstab inspect run/sparse/0
       what its cameras see: field of view, folds, pixels without a ray
   calibstab convert run/sparse/0 --to EUCM --out cameras_eucm.txt

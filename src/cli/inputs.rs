@@ -70,7 +70,7 @@ impl Inputs {
             None => self.models_at_paths(&mut bad)?,
         };
         unique_places(&located)?;
-        let progress = progress_bar(located.len(), quiet);
+        let progress = progress_bar("reading", located.len(), quiet);
         let read: Vec<Result<Run, Skipped>> = located
             .into_par_iter()
             .map(|located| {
@@ -205,7 +205,7 @@ impl Located {
         let skipped = |reason: String| Skipped { path: path.clone(), reason };
         let scene = model.read().map_err(|error| skipped(error.to_string()))?;
         let files = model.paths().map(input_file).collect::<Result<_, _>>().map_err(skipped)?;
-        Ok(Run { group, name, files, remarks: model.remarks, scene })
+        Ok(Run { group, name, files, remarks: model.remarks, scene, refinement: None })
     }
 }
 
@@ -231,10 +231,11 @@ fn unreadable(bad: &[Skipped], readable: usize) -> Failure {
 }
 
 /// A progress bar, on a terminal only.
-fn progress_bar(count: usize, quiet: bool) -> ProgressBar {
+pub(super) fn progress_bar(doing: &str, count: usize, quiet: bool) -> ProgressBar {
     let target = if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
     let bar = ProgressBar::with_draw_target(Some(count as u64), target);
-    match ProgressStyle::with_template("reading runs {bar:40} {pos}/{len} {eta}") {
+    let template = format!("{doing} runs {{bar:40}} {{pos}}/{{len}} {{eta}}");
+    match ProgressStyle::with_template(&template) {
         Ok(style) => bar.with_style(style),
         Err(_) => bar,
     }

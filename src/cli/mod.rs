@@ -1,5 +1,6 @@
 //! The command line: arguments, progress, printing, exit codes; one file a subcommand.
 
+mod adjustment;
 mod analyze;
 mod compare;
 mod convert;
@@ -14,6 +15,7 @@ mod model;
 mod models;
 mod output;
 mod refine;
+mod refine_runs;
 mod refined;
 mod synth;
 

@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use super::between;
+use super::refinement::{adjustments_table, correlation_table, left_words};
 use super::run_rows;
 use super::sections;
 use super::side_by_side::side_by_side;
@@ -36,12 +37,22 @@ pub fn markdown(analysis: &Analysis, pictures: &[(String, String)]) -> String {
             let words = escaped(&spread_words(spread));
             let _ = write!(out, "\n{}\n{words}.\n", spread_table(spread).markdown());
         }
-        if let Some(words) = overlap_words(population) {
+        for words in [left_words, overlap_words].iter().filter_map(|words| words(population)) {
             let _ = write!(out, "\n{}.\n", escaped(&words));
+        }
+        if let Some(correlations) = correlation_table(population) {
+            let _ = write!(
+                out,
+                "\nCorrelations by the adjustments, and across the runs in brackets:\n\n{}",
+                correlations.markdown()
+            );
         }
         if let Some(parts) = parts_table(population) {
             let _ = write!(out, "\n{}", parts.markdown());
         }
+    }
+    if let Some(adjustments) = adjustments_table(analysis) {
+        let _ = write!(out, "\n## How the runs were refined\n\n{}", adjustments.markdown());
     }
     if !pictures.is_empty() {
         out.push_str("\n## Plots\n");

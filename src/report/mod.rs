@@ -10,6 +10,7 @@ mod json;
 mod markdown;
 mod number;
 pub mod plot;
+mod refinement;
 mod run_rows;
 mod sections;
 mod side_by_side;

@@ -7,11 +7,12 @@ use crate::stability::{Analysis, Finding, FindingId, Parameter, Population, Samp
 /// What a population is, in one line.
 pub(super) fn population_title(population: &Population) -> String {
     let Population { group, camera, model, width, height, .. } = population;
-    format!("{group}: {camera}, {model} {width} x {height}")
+    let refined = if population.as_left.is_some() { ", refined" } else { "" };
+    format!("{group}: {camera}, {model} {width} x {height}{refined}")
 }
 
 /// The columns of a population's table.
-const POPULATION_COLUMNS: [&str; 14] = [
+const POPULATION_COLUMNS: [&str; 17] = [
     "parameter",
     "n",
     "mean",
@@ -19,6 +20,9 @@ const POPULATION_COLUMNS: [&str; 14] = [
     "std px",
     "std %",
     "95 % of std",
+    "std by BA",
+    "COLMAP's mean",
+    "COLMAP's std",
     "min",
     "q1",
     "median",
@@ -29,11 +33,14 @@ const POPULATION_COLUMNS: [&str; 14] = [
 ];
 
 /// What a table that is too wide is read without, first to last; no std without its interval and its n.
-const DISPENSABLE: [&[&str]; 4] = [&["q1", "q3"], &["MAD std"], &["min", "max"], &["median"]];
+const DISPENSABLE: [&[&str]; 5] =
+    [&["q1", "q3"], &["MAD std"], &["min", "max"], &["median"], &["COLMAP's mean"]];
 
 /// A population's parameters, one a row.
 pub(super) fn population_table(population: &Population) -> Table {
-    let rows = population.parameters.iter().map(parameter_row).collect();
+    let left = |index: usize| population.as_left.as_ref().map(|left| &left.parameters[index]);
+    let parameters = population.parameters.iter().enumerate();
+    let rows = parameters.map(|(index, one)| parameter_row(one, left(index))).collect();
     let header = POPULATION_COLUMNS.map(str::to_owned).to_vec();
     Table { text_columns: 1, above: vec![], header, rows }.without_empty_columns()
 }
@@ -55,12 +62,16 @@ pub(super) fn population_tables(
     (tables, left_out)
 }
 
-/// A parameter under `POPULATION_COLUMNS`.
-pub(super) fn parameter_row(parameter: &Parameter) -> Vec<Cell> {
+/// A parameter under `POPULATION_COLUMNS`, with what COLMAP left of it where it was refined.
+pub(super) fn parameter_row(parameter: &Parameter, left: Option<&Parameter>) -> Vec<Cell> {
+    let predicted = Cell::from(parameter.predicted_std.map_or(String::new(), number::std));
+    let [left_mean, left_std] = left_cells(parameter, left);
     let name = Cell::from(parameter.name.as_str());
     let Some(statistics) = &parameter.statistics else {
         let mut row =
             vec![name, Cell::default(), lone_value(parameter), Cell::faint(state(parameter))];
+        row.resize(7, Cell::default());
+        row.extend([predicted, left_mean, left_std]);
         row.resize(POPULATION_COLUMNS.len(), Cell::default());
         return row;
     };
@@ -75,6 +86,9 @@ pub(super) fn parameter_row(parameter: &Parameter) -> Vec<Cell> {
         Cell::from(statistics.std_px.map_or(String::new(), number::std)),
         Cell::from(statistics.relative_std.map_or(String::new(), number::percent)),
         Cell::from(format!("{low} .. {high}")),
+        predicted,
+        left_mean,
+        left_std,
         plain(statistics.min),
         plain(statistics.q1),
         plain(statistics.median),
@@ -83,6 +97,19 @@ pub(super) fn parameter_row(parameter: &Parameter) -> Vec<Cell> {
         Cell::from(number::std(statistics.mad_std)),
         Cell::loud(few_of(outliers(parameter))),
     ]
+}
+
+/// Mean and std of the values that COLMAP left; nothing where both it and the refinement held them.
+fn left_cells(parameter: &Parameter, left: Option<&Parameter>) -> [Cell; 2] {
+    let Some(left) = left else { return [Cell::default(), Cell::default()] };
+    match &left.statistics {
+        Some(statistics) => {
+            let places = Places::of_std(statistics.std, statistics.mean);
+            [places.write(statistics.mean).into(), number::std(statistics.std).into()]
+        }
+        None if state(left) == state(parameter) => [Cell::default(), Cell::default()],
+        None => [lone_value(left), Cell::faint(state(left))],
+    }
 }
 
 /// The names of the samples beyond the whiskers.
@@ -123,9 +150,9 @@ fn lone_value(parameter: &Parameter) -> Cell {
 /// Why a parameter has no statistics.
 fn state(parameter: &Parameter) -> &'static str {
     let has = |state| parameter.samples.iter().any(|sample| sample.state == state);
-    if has(SampleState::PresumedHeld) {
+    if has(SampleState::Held) || has(SampleState::PresumedHeld) {
         "held"
-    } else if has(SampleState::Unknown) {
+    } else if has(SampleState::Unknown) || has(SampleState::Estimated) {
         "one run"
     } else {
         "failed"
@@ -157,6 +184,8 @@ fn tone(id: FindingId) -> Tone {
         | FindingId::BogusCamera
         | FindingId::FewImages
         | FindingId::MissingCamera
+        | FindingId::RefinementFailed
+        | FindingId::NotRefined
         | FindingId::OutlierRun
         | FindingId::Clusters
         | FindingId::SharedObservations
@@ -166,6 +195,7 @@ fn tone(id: FindingId) -> Tone {
         | FindingId::MixedCameras
         | FindingId::CameraMatch
         | FindingId::CameraPerImage
+        | FindingId::Refinement
         | FindingId::NoRay
         | FindingId::FewRuns
         | FindingId::Reading => Tone::Plain,

@@ -82,7 +82,7 @@ fn side_by_side_table(analysis: &Analysis, groups: &[&str], columns: &[&str]) ->
                 rows[row][1] = "several".into();
             }
             rows[row][cells.clone()]
-                .clone_from_slice(&parameter_row(parameter)[2..2 + columns.len()]);
+                .clone_from_slice(&parameter_row(parameter, None)[2..2 + columns.len()]);
         }
     }
     Table { text_columns, above, header, rows }
@@ -90,10 +90,8 @@ fn side_by_side_table(analysis: &Analysis, groups: &[&str], columns: &[&str]) ->
 
 /// Whether all that is known of the parameter was held: it says nothing about stability.
 fn is_held(parameter: &Parameter) -> bool {
-    parameter
-        .samples
-        .iter()
-        .all(|s| matches!(s.state, SampleState::PresumedHeld | SampleState::Failed))
+    use SampleState::{Failed, Held, PresumedHeld};
+    parameter.samples.iter().all(|s| matches!(s.state, Held | PresumedHeld | Failed))
 }
 
 #[cfg(test)]

@@ -3,9 +3,9 @@
 use csv::Writer;
 use serde::Serialize;
 
-use super::csv::finished;
+use super::csv::{Source, finished};
 use crate::stability::spread::{Spread, SpreadMeasure};
-use crate::stability::{Analysis, Population};
+use crate::stability::{Analysis, LeftSpread, Population};
 
 #[derive(Serialize)]
 struct Subject<'a> {
@@ -18,19 +18,20 @@ struct Subject<'a> {
 
 #[derive(Serialize)]
 struct SpreadRow<'a> {
+    source: Source,
     alignment: &'a str,
     n: usize,
     region: String,
     cell_share: f64,
     rms_px: f64,
-    p95_px: f64,
-    max_px: f64,
-    max_x: f64,
-    max_y: f64,
-    rms_deg: f64,
-    p95_deg: f64,
-    max_deg: f64,
-    median_based_px: f64,
+    p95_px: Option<f64>,
+    max_px: Option<f64>,
+    max_x: Option<f64>,
+    max_y: Option<f64>,
+    rms_deg: Option<f64>,
+    p95_deg: Option<f64>,
+    max_deg: Option<f64>,
+    median_based_px: Option<f64>,
 }
 
 #[derive(Serialize)]
@@ -45,14 +46,23 @@ struct RunRow<'a> {
     rotation_deg: f64,
 }
 
-/// The spread of every camera of every group, one alignment a row.
+/// The spread of every camera of every group, one alignment a row; where runs were refined, also as COLMAP left them.
 pub fn spread_csv(analysis: &Analysis) -> csv::Result<Vec<u8>> {
     let mut rows = Writer::from_writer(Vec::new());
-    for (subject, spread) in spreads(analysis) {
-        let moved = spread.moved.as_ref().map(|moved| ("moved", &moved.measure));
-        let all = [("raw", &spread.raw), ("rotated", &spread.rotated)].into_iter().chain(moved);
-        for (alignment, measure) in all {
-            rows.serialize((&subject, spread_row(alignment, spread, measure)))?;
+    for population in &analysis.populations {
+        let as_left = population.as_left.as_ref();
+        let source = if as_left.is_some() { Source::Refined } else { Source::Colmap };
+        let subject = subject(population);
+        if let Some(spread) = &population.spread {
+            let moved = spread.moved.as_ref().map(|moved| ("moved", &moved.measure));
+            let all = [("raw", &spread.raw), ("rotated", &spread.rotated)].into_iter().chain(moved);
+            for (alignment, measure) in all {
+                rows.serialize((&subject, spread_row(source, alignment, spread, measure)))?;
+            }
+        }
+        let left = as_left.and_then(|left| left.spread.as_ref());
+        for row in left.into_iter().flat_map(left_rows) {
+            rows.serialize((&subject, row))?;
         }
     }
     finished(rows)
@@ -61,8 +71,9 @@ pub fn spread_csv(analysis: &Analysis) -> csv::Result<Vec<u8>> {
 /// How far each calibration is off the consensus of its population, one a row.
 pub fn run_deviations_csv(analysis: &Analysis) -> csv::Result<Vec<u8>> {
     let mut rows = Writer::from_writer(Vec::new());
-    for (subject, spread) in spreads(analysis) {
-        for run in &spread.runs {
+    for population in &analysis.populations {
+        let subject = subject(population);
+        for run in population.spread.iter().flat_map(|spread| &spread.runs) {
             let row = RunRow {
                 run: &run.run,
                 camera_id: run.camera_id,
@@ -79,28 +90,55 @@ pub fn run_deviations_csv(analysis: &Analysis) -> csv::Result<Vec<u8>> {
     finished(rows)
 }
 
-fn spreads(analysis: &Analysis) -> impl Iterator<Item = (Subject<'_>, &Spread)> {
-    analysis.populations.iter().filter_map(|population| {
-        let Population { group, camera, model, width, height, spread, .. } = population;
-        let (width, height) = (*width, *height);
-        Some((Subject { group, camera, model, width, height }, spread.as_ref()?))
-    })
+fn subject(population: &Population) -> Subject<'_> {
+    let Population { group, camera, model, width, height, .. } = population;
+    Subject { group, camera, model, width: *width, height: *height }
 }
 
-fn spread_row<'a>(alignment: &'a str, spread: &Spread, measure: &SpreadMeasure) -> SpreadRow<'a> {
+fn spread_row<'a>(
+    source: Source,
+    alignment: &'a str,
+    spread: &Spread,
+    measure: &SpreadMeasure,
+) -> SpreadRow<'a> {
     SpreadRow {
+        source,
         alignment,
         n: spread.n,
         region: spread.region.to_string(),
         cell_share: spread.cell_share,
         rms_px: measure.rms_px,
-        p95_px: measure.p95_px,
-        max_px: measure.max_px,
-        max_x: measure.max_at[0],
-        max_y: measure.max_at[1],
-        rms_deg: measure.rms_deg,
-        p95_deg: measure.p95_deg,
-        max_deg: measure.max_deg,
-        median_based_px: measure.median_based_px,
+        p95_px: Some(measure.p95_px),
+        max_px: Some(measure.max_px),
+        max_x: Some(measure.max_at[0]),
+        max_y: Some(measure.max_at[1]),
+        rms_deg: Some(measure.rms_deg),
+        p95_deg: Some(measure.p95_deg),
+        max_deg: Some(measure.max_deg),
+        median_based_px: Some(measure.median_based_px),
     }
+}
+
+/// What is known of the spread that COLMAP left, one alignment a row.
+fn left_rows(left: &LeftSpread) -> Vec<SpreadRow<'static>> {
+    let LeftSpread { n, region, cell_share, raw_rms_px, rotated_rms_px, moved_rms_px } = *left;
+    let moved = moved_rms_px.map(|px| ("moved", px));
+    let all = [("raw", raw_rms_px), ("rotated", rotated_rms_px)].into_iter().chain(moved);
+    let row = |(alignment, rms_px)| SpreadRow {
+        source: Source::Colmap,
+        alignment,
+        n,
+        region: region.to_string(),
+        cell_share,
+        rms_px,
+        p95_px: None,
+        max_px: None,
+        max_x: None,
+        max_y: None,
+        rms_deg: None,
+        p95_deg: None,
+        max_deg: None,
+        median_based_px: None,
+    };
+    all.map(row).collect()
 }

@@ -5,6 +5,7 @@ use std::fmt::Write;
 use anstyle::Style;
 
 use super::between;
+use super::refinement::{correlation_words, left_words};
 use super::sections;
 use super::side_by_side::side_by_side;
 use super::spread::{overlap_words, parts_table, spread_table, spread_words};
@@ -25,7 +26,8 @@ pub fn terminal(analysis: &Analysis, width: Option<usize>) -> String {
             let _ = write!(out, "\n{}", spread_table(spread).text());
             let _ = writeln!(out, "{}.", spread_words(spread));
         }
-        if let Some(words) = overlap_words(population) {
+        let more = [left_words, correlation_words, overlap_words];
+        for words in more.iter().filter_map(|words| words(population)) {
             let _ = writeln!(out, "{words}.");
         }
         if let Some(parts) = parts_table(population) {

@@ -4,6 +4,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::spread::{Region, Spread};
+use super::{AsLeft, Refinement, RefinementOptions};
 use super::{Clusters, Overlap};
 use super::{Components, GroupComparison};
 
@@ -57,6 +58,8 @@ pub struct Options {
     pub exclude_flagged: bool,
     /// Which part of the image the spread is over; none: what was observed, where there are images, else all of it.
     pub region: Option<Region>,
+    /// How runs with images and points were refined; none: they were taken as COLMAP left them.
+    pub refinement: Option<RefinementOptions>,
 }
 
 /// A rule by which cameras of different runs are taken for the same.
@@ -92,6 +95,8 @@ pub struct RunRecord {
     pub flags: Vec<FindingId>,
     /// Whether it entered the statistics.
     pub is_used: bool,
+    /// How refining it went; none when it was not tried.
+    pub refinement: Option<Refinement>,
 }
 
 /// A file that was read.
@@ -134,6 +139,9 @@ pub struct Population {
     pub compensation: Vec<Compensation>,
     /// How all parameters went with each other across the runs.
     pub correlations: Correlations,
+    /// How the adjustments say that parameters go with each other: by the mean of their covariances. None unless the population is
+    /// refined and each of its samples has a covariance of the same parameters.
+    pub predicted_correlations: Option<Correlations>,
     /// How far the calibrations disagree in the image; none with fewer than two.
     pub spread: Option<Spread>,
     /// Why two calibrations or more have no spread.
@@ -142,6 +150,8 @@ pub struct Population {
     pub clusters: Option<Clusters>,
     /// What the runs share; none where a run has no images.
     pub overlap: Option<Overlap>,
+    /// The same runs as COLMAP left them, where all else is about refined values; none where nothing was refined.
+    pub as_left: Option<AsLeft>,
 }
 
 /// How the parameters went with each other across the runs.
@@ -166,6 +176,8 @@ pub struct Parameter {
     pub samples: Vec<Sample>,
     /// Over the samples that were estimated; none with fewer than two of them.
     pub statistics: Option<Statistics>,
+    /// The std that the adjustments predict: RMS of the samples' `predicted_std`. None unless all that were estimated have one.
+    pub predicted_std: Option<f64>,
 }
 
 /// What a parameter does: COLMAP's classes.
@@ -191,8 +203,10 @@ pub struct Sample {
     pub camera_id: Option<u32>,
     /// What is known about how the value came about.
     pub state: SampleState,
-    /// The value; none when the run lacks the camera.
+    /// The value; none when the run lacks the camera, or refining it failed.
     pub value: Option<f64>,
+    /// Its std by the covariance of the run's adjustment; none where it was not refined, or that has no covariance.
+    pub predicted_std: Option<f64>,
     /// Whether it lies beyond the whiskers of the box plot.
     pub is_outlier: bool,
 }
@@ -203,12 +217,14 @@ pub struct Sample {
 pub enum SampleState {
     /// It was estimated in this run.
     Estimated,
+    /// Our own refinement held it.
+    Held,
     /// It was not refined, as far as can be told: bit-equal between runs that differ otherwise, or a principal point
     /// exactly at the image centre in all of them.
     PresumedHeld,
     /// One run alone cannot tell.
     Unknown,
-    /// The run did not reconstruct this camera.
+    /// The run did not reconstruct this camera, or refining it failed.
     Failed,
 }
 
@@ -286,6 +302,10 @@ pub enum FindingId {
     FewImages,
     /// A run lacks a camera that others have.
     MissingCamera,
+    /// Refining a run or a camera of it came to nothing: it is no sample.
+    RefinementFailed,
+    /// A group stays as COLMAP left it, since not all of its runs have images and points.
+    NotRefined,
     /// A camera took no image: its values are no estimates and do not enter.
     UnusedCamera,
     /// Cameras of one group differ in model or image size.
@@ -304,6 +324,8 @@ pub enum FindingId {
     CameraPerImage,
     /// By which rule the cameras of different runs were matched.
     CameraMatch,
+    /// How the runs were refined, and what did not take part.
+    Refinement,
     /// Part of the image has no ray in the mean camera of the runs.
     NoRay,
     /// What so few runs can tell.
@@ -321,6 +343,8 @@ impl FindingId {
             Self::BogusCamera => "bogus-camera",
             Self::FewImages => "few-images",
             Self::MissingCamera => "missing-camera",
+            Self::RefinementFailed => "refinement-failed",
+            Self::NotRefined => "not-refined",
             Self::UnusedCamera => "unused-camera",
             Self::MixedCameras => "mixed-cameras",
             Self::OutlierRun => "outlier-run",
@@ -330,6 +354,7 @@ impl FindingId {
             Self::MixedStates => "mixed-states",
             Self::CameraPerImage => "camera-per-image",
             Self::CameraMatch => "camera-match",
+            Self::Refinement => "refinement",
             Self::NoRay => "no-ray",
             Self::FewRuns => "few-runs",
             Self::Reading => "reading",
@@ -356,6 +381,8 @@ mod tests {
             FindingId::BogusCamera,
             FindingId::FewImages,
             FindingId::MissingCamera,
+            FindingId::RefinementFailed,
+            FindingId::NotRefined,
             FindingId::UnusedCamera,
             FindingId::MixedCameras,
             FindingId::OutlierRun,
@@ -365,6 +392,7 @@ mod tests {
             FindingId::MixedStates,
             FindingId::CameraPerImage,
             FindingId::CameraMatch,
+            FindingId::Refinement,
             FindingId::NoRay,
             FindingId::FewRuns,
             FindingId::Reading,

@@ -1,39 +1,12 @@
 //! From runs to an analysis.
 
-use std::collections::{BTreeMap, BTreeSet};
-
-use super::between::{SameCamera, comparisons};
+use super::between::comparisons;
 use super::components::components;
-use super::identity::{DecidedBy, MatchError, match_cameras};
-use rayon::prelude::*;
-
-use super::disagreement::{Background, Disagreement, correlations, disagreement};
-use super::image_effect::fill_std_px;
-use super::physical::{CameraOfGroup, labels, physical_cameras, with_sharers};
+use super::group::Group;
+use super::identity::MatchError;
+use super::populations::populations;
 use super::remarks;
-use super::run::CameraInRun;
-use super::screen::{Screened, image_count, screen};
-use super::spread::{Region, View};
-use super::summary::{Place, compensation, parameters};
-use super::view::views;
-use super::{Analysis, Finding, FindingId, Options, Population, Provenance, Run, RunRecord};
-use super::{SCHEMA_VERSION, Skipped};
-use crate::camera::Model;
-use crate::scene::CameraId;
-
-/// The runs of one group with what was found out about them.
-struct Group<'a> {
-    runs: &'a [Run],
-    cameras: Vec<CameraInRun<'a>>,
-    screened: Vec<Screened>,
-    is_used: Vec<bool>,
-    /// The class of each camera that is used; runs that are not used have none.
-    class: BTreeMap<(usize, u32), usize>,
-    decided_by: Option<DecidedBy>,
-    /// What each camera observed.
-    views: BTreeMap<(&'a str, CameraId), View>,
-    region: Option<Region>,
-}
+use super::{Analysis, Finding, Options, Provenance, Run, SCHEMA_VERSION, Skipped};
 
 /// Analyses runs: how repeatable the parameters of each camera are within each group.
 pub fn analyze(
@@ -53,10 +26,11 @@ pub fn analyze(
     findings.extend(remarks::skipped(&skipped));
     findings.extend(remarks::populations(&populations));
     findings.sort_by_key(|finding| finding.id);
+    let runs = groups.iter().flat_map(Group::records).collect();
     Ok(Analysis {
         schema_version: SCHEMA_VERSION,
         provenance: Provenance { calibstab_version: env!("CARGO_PKG_VERSION").to_owned(), options },
-        runs: groups.iter().flat_map(Group::records).collect(),
+        runs,
         skipped,
         comparisons: comparisons(&populations, &same_cameras),
         components: components(&populations),
@@ -65,193 +39,10 @@ pub fn analyze(
     })
 }
 
-impl<'a> Group<'a> {
-    fn new(runs: &'a [Run], options: &Options) -> Result<Self, MatchError> {
-        let cameras: Vec<CameraInRun> =
-            runs.iter().enumerate().flat_map(|(index, run)| run.cameras(index)).collect();
-        let screened = screen(runs, &cameras);
-        let is_used: Vec<bool> = screened
-            .iter()
-            .map(|screened| {
-                let is_excluded = options.exclude_flagged && !screened.findings.is_empty();
-                screened.duplicate_of.is_none() && !is_excluded
-            })
-            .collect();
-        let used: Vec<CameraInRun> =
-            cameras.iter().filter(|camera| is_used[camera.run]).cloned().collect();
-        let matched = match_cameras(runs, &used, options.match_by, options.pool)?;
-        let class = used
-            .iter()
-            .enumerate()
-            .map(|(index, camera)| ((camera.run, camera.id.0), matched.classes.class(index)))
-            .collect();
-        let of_run = |run: &'a Run| {
-            views(run).into_iter().map(|(camera, view)| ((run.name.as_str(), camera), view))
-        };
-        let seen: Vec<Vec<_>> = runs.par_iter().map(|run| of_run(run).collect()).collect();
-        let views = seen.into_iter().flatten().collect();
-        let (decided_by, region) = (matched.by, options.region);
-        Ok(Self { runs, cameras: used, screened, is_used, class, decided_by, views, region })
-    }
-
-    /// The names of runs that are suspect.
-    fn flagged(&self) -> BTreeSet<&'a str> {
-        let runs = self.runs.iter().zip(&self.screened);
-        runs.filter(|(_, s)| !s.findings.is_empty()).map(|(run, _)| run.name.as_str()).collect()
-    }
-
-    /// The group's physical cameras: the cameras of its runs, by class.
-    fn by_class(&self) -> BTreeMap<usize, Vec<&CameraInRun<'a>>> {
-        let mut by_class: BTreeMap<usize, Vec<&CameraInRun>> = BTreeMap::new();
-        for camera in &self.cameras {
-            by_class.entry(self.class[&(camera.run, camera.id.0)]).or_default().push(camera);
-        }
-        by_class
-    }
-
-    fn records(&self) -> Vec<RunRecord> {
-        let record = |(index, run): (usize, &Run)| {
-            let geometry = run.scene.geometry.as_ref();
-            let flags: BTreeSet<FindingId> =
-                self.screened[index].findings.iter().map(|finding| finding.id).collect();
-            RunRecord {
-                group: run.group.clone(),
-                run: run.name.clone(),
-                files: run.files.clone(),
-                image_count: image_count(run),
-                point_count: geometry.map(|geometry| geometry.points.len()),
-                observation_count: geometry.map(|geometry| geometry.points.observation_count()),
-                duplicate_of: self.screened[index]
-                    .duplicate_of
-                    .map(|of| self.runs[of].name.clone()),
-                flags: flags.into_iter().collect(),
-                is_used: self.is_used[index],
-            }
-        };
-        self.runs.iter().enumerate().map(record).collect()
-    }
-
-    fn findings(&self) -> Vec<Finding> {
-        let group = &self.runs[0].group;
-        let mut findings: Vec<Finding> =
-            self.screened.iter().flat_map(|screened| screened.findings.clone()).collect();
-        for finding in &mut findings {
-            let is_used = self
-                .runs
-                .iter()
-                .zip(&self.is_used)
-                .any(|(run, is_used)| *is_used && finding.runs.contains(&run.name));
-            finding.text.push_str(if is_used { "; it stays in" } else { "; it is left out" });
-        }
-        findings.extend(remarks::duplicates(self.runs, &self.screened));
-        findings.extend(self.runs.iter().flat_map(remarks::reading));
-        findings.extend(self.runs.iter().flat_map(remarks::unused_cameras));
-        if self.decided_by != Some(DecidedBy::Pool) {
-            findings.extend(remarks::camera_per_image(group, &self.cameras));
-        }
-        if let Some(by) = self.decided_by {
-            let text = format!("cameras of different runs were matched by {by}");
-            findings.push(remarks::of_group(FindingId::CameraMatch, group, text));
-        }
-        findings
-    }
-}
-
-/// The populations, and which of them are calibrations of one camera.
-fn populations(groups: &[Group]) -> (Vec<Population>, Vec<SameCamera>) {
-    let mut cameras: Vec<(usize, Vec<&CameraInRun>)> = Vec::new();
-    for (index, group) in groups.iter().enumerate() {
-        cameras.extend(group.by_class().into_values().map(|cameras| (index, cameras)));
-    }
-    let of_group: Vec<CameraOfGroup> = cameras
-        .iter()
-        .map(|(group, cameras)| CameraOfGroup {
-            group: *group,
-            ids: cameras.iter().map(|camera| camera.id).collect(),
-            image_names: cameras
-                .iter()
-                .flat_map(|c| c.image_names.iter().flatten().copied())
-                .collect(),
-        })
-        .collect();
-    let classes = physical_cameras(&of_group);
-    let labels = labels(&of_group, &classes);
-    let name = |camera: usize| {
-        (groups[of_group[camera].group].runs[0].group.clone(), labels[camera].clone())
-    };
-    let same_cameras = with_sharers(&of_group, &classes)
-        .into_iter()
-        .map(|(class, members)| SameCamera {
-            camera: labels[class].clone(),
-            members: members.into_iter().map(name).collect(),
-        })
-        .collect();
-    let mut populations: Vec<Population> = Vec::new();
-    let found: Vec<Vec<Population>> = cameras
-        .par_iter()
-        .zip(&labels)
-        .map(|((group, cameras), label)| populations_of_camera(&groups[*group], cameras, label))
-        .collect();
-    populations.extend(found.into_iter().flatten());
-    populations.sort_by(|a, b| {
-        natord::compare(&a.camera, &b.camera)
-            .then((&a.model, a.width, a.height).cmp(&(&b.model, b.width, b.height)))
-            .then(natord::compare(&a.group, &b.group))
-    });
-    (populations, same_cameras)
-}
-
-/// One camera of one group: a population for each model and image size that its runs gave it.
-fn populations_of_camera(group: &Group, cameras: &[&CameraInRun], label: &str) -> Vec<Population> {
-    let mut kinds: BTreeMap<(&str, u64, u64), (&'static Model, Vec<&CameraInRun>)> =
-        BTreeMap::new();
-    for camera in cameras {
-        let model = camera.camera.intrinsics.model();
-        let kind = (model.name, camera.camera.width, camera.camera.height);
-        kinds.entry(kind).or_insert((model, Vec::new())).1.push(camera);
-    }
-    let runs = group.runs.iter().enumerate().filter(|(index, _)| group.is_used[*index]);
-    let lacking: Vec<&Run> = runs
-        .filter(|(index, _)| cameras.iter().all(|camera| camera.run != *index))
-        .map(|(_, run)| run)
-        .collect();
-    let flagged = group.flagged();
-    let background = Background { views: &group.views, flagged: &flagged, region: group.region };
-    let population =
-        |((_, width, height), (model, cameras)): ((&str, u64, u64), (&'static Model, Vec<_>))| {
-            let mut places: Vec<Place> = cameras
-                .into_iter()
-                .map(|camera: &CameraInRun| (&group.runs[camera.run], Some(camera)))
-                .collect();
-            places.extend(lacking.iter().map(|run| (*run, None)));
-            places.sort_by(|(a, _), (b, _)| natord::compare(&a.name, &b.name));
-            let mut parameters = parameters(model, &places);
-            let ray_share = fill_std_px(model, [width, height], &mut parameters);
-            let Disagreement { spread, without_spread, clusters, overlap } =
-                disagreement(model, &places, &background);
-            Population {
-                group: group.runs[0].group.clone(),
-                camera: label.to_owned(),
-                model: model.name.to_owned(),
-                width,
-                height,
-                ray_share,
-                compensation: compensation(&parameters),
-                correlations: correlations(&parameters),
-                parameters,
-                spread,
-                without_spread,
-                clusters,
-                overlap,
-            }
-        };
-    kinds.into_iter().map(population).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::testing::{run, simple_radial, with_images};
-    use super::super::{MatchRule, SampleState, Statistics};
+    use super::super::{FindingId, MatchRule, SampleState, Statistics};
     use super::*;
 
     fn analysis(runs: Vec<Run>) -> Analysis {

@@ -10,12 +10,15 @@ mod compare;
 mod components;
 mod deviations;
 mod disagreement;
+mod group;
 mod identity;
 mod image_effect;
 mod names;
 mod overlap;
 mod partition;
 mod physical;
+mod populations;
+mod refinement;
 mod remarks;
 mod run;
 mod screen;
@@ -33,4 +36,7 @@ pub use compare::{CompareError, ComparedCamera, Comparison, ToReference, compare
 pub use components::{Components, ImageComponents, ParameterComponents, VarianceComponents};
 pub use identity::MatchError;
 pub use overlap::Overlap;
+pub use refinement::{
+    Adjustment, AsLeft, LeftSpread, RefinedCamera, Refinement, RefinementOptions, Stopped,
+};
 pub use run::Run;

@@ -131,7 +131,7 @@ fn missing(group: &str, populations: &[&Population]) -> Option<Finding> {
     let mut runs: BTreeSet<String> = BTreeSet::new();
     for population in populations {
         let samples = population.parameters.iter().take(1).flat_map(|parameter| &parameter.samples);
-        let lacking = samples.filter(|sample| sample.state == SampleState::Failed);
+        let lacking = samples.filter(|sample| sample.camera_id.is_none());
         let lacking: Vec<String> = lacking.map(|sample| sample.run.clone()).collect();
         if !lacking.is_empty() {
             cameras.push(format!("{} is missing in {}", population.camera, listed(&lacking)));
@@ -174,15 +174,23 @@ fn without_ray(group: &str, populations: &[&Population]) -> Option<Finding> {
 
 fn mixed_states(population: &Population) -> Vec<Finding> {
     let mixed = population.parameters.iter().filter_map(|parameter| {
+        let is_held = |state| matches!(state, SampleState::Held | SampleState::PresumedHeld);
+        let held = parameter.samples.iter().filter(|sample| is_held(sample.state));
         let of = |state| parameter.samples.iter().filter(move |sample| sample.state == state);
-        let held: Vec<String> = of(SampleState::PresumedHeld).map(|sample| sample.run.clone()).collect();
+        let is_certain = of(SampleState::Held).count() > 0;
+        let held: Vec<String> = held.map(|sample| sample.run.clone()).collect();
         let estimated = of(SampleState::Estimated).count();
         if held.is_empty() || estimated == 0 {
             return None;
         }
+        let runs = listed(&held);
+        let how = match is_certain {
+            true => format!("was held in {runs} by the refinement"),
+            false => format!("is the same to the last bit in {runs} and so presumed held there"),
+        };
         let text = format!(
-            "{}: {} is the same to the last bit in {} and so presumed held there; its statistics are of the {estimated} others",
-            population.camera, parameter.name, listed(&held)
+            "{}: {} {how}; its statistics are of the {estimated} others",
+            population.camera, parameter.name
         );
         Some(of_camera(FindingId::MixedStates, population, held, text))
     });

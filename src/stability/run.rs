@@ -3,6 +3,8 @@
 use std::collections::BTreeMap;
 
 use super::InputFile;
+use super::refinement::{Origin, refined};
+use crate::bundle::{BundleError, Outcome};
 use crate::scene::{Camera, CameraId, Scene};
 
 /// One reconstruction among its repeats.
@@ -16,8 +18,10 @@ pub struct Run {
     pub files: Vec<InputFile>,
     /// What there was to remark when reading it.
     pub remarks: Vec<String>,
-    /// The reconstruction.
+    /// The reconstruction, as COLMAP left it.
     pub scene: Scene,
+    /// How adjusting it went; none when it was not tried.
+    pub refinement: Option<Result<Outcome, BundleError>>,
 }
 
 /// A camera that a run reconstructed, and the names of the images it took.
@@ -27,8 +31,25 @@ pub(super) struct CameraInRun<'a> {
     pub run: usize,
     pub id: CameraId,
     pub camera: &'a Camera,
+    pub origin: Origin<'a>,
     /// None when the run is a lone list of cameras.
     pub image_names: Option<Vec<&'a str>>,
+}
+
+impl<'a> CameraInRun<'a> {
+    /// The camera as a sample; none where refining it failed.
+    pub(super) fn calibration(&self) -> Option<&'a Camera> {
+        match self.origin {
+            Origin::Left | Origin::Refined { .. } => Some(self.camera),
+            Origin::Failed => None,
+        }
+    }
+
+    /// The same as COLMAP left it.
+    pub(super) fn as_left(&self, run: &'a Run) -> Self {
+        let camera = run.scene.cameras.get(&self.id).unwrap_or(self.camera);
+        Self { camera, origin: Origin::Left, ..self.clone() }
+    }
 }
 
 impl Run {
@@ -47,9 +68,23 @@ impl Run {
                 run,
                 id,
                 camera,
+                origin: Origin::Left,
                 image_names: names.get(&id).cloned(),
             })
             .collect()
+    }
+
+    /// The same cameras, as our own adjustment made them.
+    pub(super) fn refined_cameras(&self, run: usize) -> Vec<CameraInRun<'_>> {
+        let mut cameras = self.cameras(run);
+        for camera in &mut cameras {
+            if let Some(refined) = refined(self, camera.id) {
+                (camera.camera, camera.origin) = refined;
+            } else {
+                camera.origin = Origin::Failed;
+            }
+        }
+        cameras
     }
 
     /// Cameras that stand in the model and took no image.

@@ -1,5 +1,6 @@
 //! Samples to statistics: what is known of each sample, and the summary of those that were estimated.
 
+use super::refinement::Origin;
 use super::run::CameraInRun;
 use super::{Compensation, Parameter, ParameterClass, Run, Sample, SampleState, Statistics};
 use crate::camera::{Model, Param, ParamClass};
@@ -19,7 +20,7 @@ pub(super) fn parameters(model: &'static Model, places: &[Place]) -> Vec<Paramet
     let parameter = |(index, param): (usize, &Param)| {
         let value = |camera: &Camera| camera.intrinsics.params().get(index).copied();
         let values: Vec<Option<f64>> =
-            places.iter().map(|(_, camera)| value(camera.as_ref()?.camera)).collect();
+            places.iter().map(|(_, camera)| value(camera.as_ref()?.calibration()?)).collect();
         let is_centred = param.class == ParamClass::PrincipalPoint && {
             coordinates += 1;
             let is_x = coordinates == 1;
@@ -28,7 +29,10 @@ pub(super) fn parameters(model: &'static Model, places: &[Place]) -> Vec<Paramet
                 .all(|(_, camera)| camera.is_none_or(|c| is_at_centre(c.camera, index, is_x)))
         };
         let is_held = is_centred || param.class == ParamClass::Metadata;
-        summarised(param, places, &values, is_held)
+        let known = places.iter().map(|(_, camera)| known_state(camera.as_ref()?, index));
+        let guessed = states(&values, is_held);
+        let states = known.zip(guessed).map(|(known, guessed)| known.unwrap_or(guessed)).collect();
+        summarised((index, param), places, &values, states)
     };
     model.params.iter().enumerate().map(parameter).collect()
 }
@@ -40,8 +44,22 @@ fn is_at_centre(camera: &Camera, index: usize, is_x: bool) -> bool {
     camera.intrinsics.params().get(index).is_some_and(|value| value.to_bits() == centre.to_bits())
 }
 
-fn summarised(param: &Param, places: &[Place], values: &[Option<f64>], is_held: bool) -> Parameter {
-    let states = states(values, is_held);
+/// What our own refinement knows of the sample of a parameter; nothing where values are as COLMAP left them.
+fn known_state(camera: &CameraInRun, index: usize) -> Option<SampleState> {
+    match &camera.origin {
+        Origin::Left => None,
+        Origin::Refined { free, .. } if free.contains(&index) => Some(SampleState::Estimated),
+        Origin::Refined { .. } => Some(SampleState::Held),
+        Origin::Failed => Some(SampleState::Failed),
+    }
+}
+
+fn summarised(
+    (index, param): (usize, &Param),
+    places: &[Place],
+    values: &[Option<f64>],
+    states: Vec<SampleState>,
+) -> Parameter {
     let estimated = values.iter().zip(&states);
     let estimated: Vec<f64> = estimated
         .filter(|(_, state)| **state == SampleState::Estimated)
@@ -55,10 +73,22 @@ fn summarised(param: &Param, places: &[Place], values: &[Option<f64>], is_held: 
             let is_outlier = state == SampleState::Estimated
                 && value.zip(box_plot).is_some_and(|(value, box_plot)| box_plot.is_outlier(value));
             let camera_id = camera.map(|camera| camera.id.0);
-            Sample { run: run.name.clone(), camera_id, state, value: *value, is_outlier }
+            let predicted_std = camera.and_then(|camera| camera.origin.predicted_std(index));
+            let (run, value) = (run.name.clone(), *value);
+            Sample { run, camera_id, state, value, predicted_std, is_outlier }
         });
+    let samples: Vec<Sample> = samples.collect();
     let (name, unit) = (param.name.to_owned(), param.unit.to_owned());
-    Parameter { name, class: param.class.into(), unit, samples: samples.collect(), statistics }
+    let predicted_std = predicted_std(&samples);
+    Parameter { name, class: param.class.into(), unit, samples, statistics, predicted_std }
+}
+
+/// RMS of what the adjustments predict of the samples that were estimated: the root of the mean variance. Summed in the order of
+/// size, as names say nothing.
+fn predicted_std(samples: &[Sample]) -> Option<f64> {
+    let estimated = samples.iter().filter(|sample| sample.state == SampleState::Estimated);
+    let stds: Vec<f64> = estimated.map(|sample| sample.predicted_std).collect::<Option<_>>()?;
+    Some(Sorted::new(stds.into_iter().map(|std| std * std).collect())?.mean().sqrt())
 }
 
 /// What is known of each sample of one parameter. No two runs of a population are copies of each other: so two equal values

@@ -1,6 +1,6 @@
 //! What the panels of a figure leave out, in words below it.
 
-use crate::stability::{Parameter, RunRecord};
+use crate::stability::{Parameter, RunRecord, SampleState};
 
 use super::font::clean;
 use super::number::{short, unbroken};
@@ -12,7 +12,7 @@ pub fn notes(subject: &Subject, rows: &[Row]) -> Vec<String> {
     let held: Vec<String> =
         rows.iter().filter(|row| !row.varies()).filter_map(|row| held_in(subject, row)).collect();
     if !held.is_empty() {
-        notes.push(format!("Presumed held, not drawn: {}.", held.join("; ")));
+        notes.push(format!("{}, not drawn: {}.", held_word(rows), held.join("; ")));
     }
     for row in rows.iter().filter(|row| row.varies()) {
         notes.extend(partly_held(subject, row));
@@ -20,6 +20,16 @@ pub fn notes(subject: &Subject, rows: &[Row]) -> Vec<String> {
     notes.extend(missing(subject, rows));
     notes.extend(suspect(subject));
     notes
+}
+
+/// What our own refinement held is known; of what COLMAP left it is presumed.
+fn held_word(rows: &[Row]) -> &'static str {
+    let mut samples =
+        rows.iter().flat_map(|row| &row.cells).flat_map(|(_, parameter)| &parameter.samples);
+    match samples.any(|sample| sample.state == SampleState::PresumedHeld) {
+        true => "Presumed held",
+        false => "Held",
+    }
 }
 
 /// The runs of the subject's groups that are flagged or copies, and how many could not be read.
@@ -110,7 +120,7 @@ fn partly_held(subject: &Subject, row: &Row) -> Option<String> {
         })
         .collect();
     (!parts.is_empty())
-        .then(|| format!("{} presumed held, not drawn: {}.", row.name, parts.join("; ")))
+        .then(|| format!("{} held in some runs, not drawn: {}.", row.name, parts.join("; ")))
 }
 
 /// How many runs of each group have no value: of any parameter, since a failed run lacks them all.

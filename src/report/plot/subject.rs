@@ -116,11 +116,12 @@ pub fn drawn(sample: &Sample) -> Option<f64> {
         SampleState::Estimated | SampleState::Unknown => {
             sample.value.filter(|value| value.is_finite())
         }
-        SampleState::PresumedHeld | SampleState::Failed => None,
+        SampleState::Held | SampleState::PresumedHeld | SampleState::Failed => None,
     }
 }
 
-/// The value of a sample that was presumably held.
+/// The value of a sample that was held, for certain or presumably.
 pub fn held(sample: &Sample) -> Option<f64> {
-    sample.value.filter(|_| sample.state == SampleState::PresumedHeld)
+    let is_held = matches!(sample.state, SampleState::Held | SampleState::PresumedHeld);
+    sample.value.filter(|_| is_held)
 }

@@ -48,13 +48,15 @@ pub fn parameter(name: &str, values: &[Value]) -> Parameter {
         camera_id: value.map(|_| 1),
         state: value.map_or(SampleState::Failed, |(state, _)| state),
         value: value.map(|(_, value)| value),
+        predicted_std: None,
         is_outlier: value
             .filter(is_estimated)
             .zip(box_plot)
             .is_some_and(|((_, value), box_plot)| box_plot.is_outlier(value)),
     };
     let samples = values.iter().enumerate().map(sample).collect();
-    Parameter { name: name.to_owned(), class, unit: unit.to_owned(), samples, statistics }
+    let (name, unit) = (name.to_owned(), unit.to_owned());
+    Parameter { name, class, unit, samples, statistics, predicted_std: None }
 }
 
 /// A population with a compensation of every focal length and distortion that vary.
@@ -87,6 +89,8 @@ pub fn population(
         without_spread: None,
         clusters: None,
         overlap: None,
+        predicted_correlations: None,
+        as_left: None,
     }
 }
 

@@ -6,9 +6,10 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::clusters::{Clusters, Part, PartParameter, parts};
 use super::overlap::{Overlap, overlap};
+use super::run::CameraInRun;
 use super::spread::{Calibration, Compared, Region, Spread, SpreadError, View};
 use super::summary::{Place, parameters};
-use super::{Correlations, Parameter, SampleState};
+use super::{Correlations, LeftSpread, Parameter, Run, SampleState};
 use crate::camera::Model;
 use crate::scene::CameraId;
 use crate::stats::pearson;
@@ -37,7 +38,7 @@ pub(super) fn disagreement(
 ) -> Disagreement {
     let calibrations = calibrations(places, background);
     let cameras: Vec<_> =
-        places.iter().filter_map(|(run, camera)| Some((*run, camera.as_ref()?.id))).collect();
+        places.iter().filter_map(|(run, camera)| sampled(run, camera.as_ref()?)).collect();
     match Compared::new(&calibrations, background.region) {
         Ok(compared) => Disagreement {
             clusters: clusters(model, places, background, &compared),
@@ -54,13 +55,34 @@ pub(super) fn disagreement(
     }
 }
 
+/// A camera that is a sample, with its run.
+fn sampled<'a>(run: &'a Run, camera: &CameraInRun) -> Option<(&'a Run, CameraId)> {
+    camera.calibration().map(|_| (run, camera.id))
+}
+
+/// The spread of a population before it was refined, in short.
+pub(super) fn left_spread(
+    places: &[Place],
+    background: &Background,
+) -> Result<LeftSpread, SpreadError> {
+    let spread = Compared::new(&calibrations(places, background), background.region)?.spread;
+    Ok(LeftSpread {
+        n: spread.n,
+        region: spread.region,
+        cell_share: spread.cell_share,
+        raw_rms_px: spread.raw.rms_px,
+        rotated_rms_px: spread.rotated.rms_px,
+        moved_rms_px: spread.moved.map(|moved| moved.measure.rms_px),
+    })
+}
+
 fn calibrations<'a>(places: &[Place<'a>], background: &Background) -> Vec<Calibration<'a>> {
     let calibration = |(run, camera): &Place<'a>| {
         let camera = (*camera)?;
         Some(Calibration {
             run: &run.name,
             camera_id: camera.id.0,
-            camera: camera.camera,
+            camera: camera.calibration()?,
             is_flagged: background.flagged.contains(run.name.as_str()),
             view: background.views.get(&(run.name.as_str(), camera.id)).cloned(),
         })

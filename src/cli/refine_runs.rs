@@ -1,0 +1,150 @@
+//! Refines the runs of an analysis, several at a time.
+
+use std::cmp::Reverse;
+use std::collections::BTreeSet;
+use std::panic::resume_unwind;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread;
+
+use indicatif::ProgressBar;
+use rayon::{ThreadPool, ThreadPoolBuilder};
+
+use super::failure::Failure;
+use super::inputs::progress_bar;
+use crate::bundle::{self, BundleError, Options, Outcome, Refine, Which};
+use crate::scene::Scene;
+use crate::stability::Run;
+
+/// What became of the run of this index.
+type Refined = (usize, Result<Outcome, BundleError>);
+
+/// Refines every run of each group whose runs all have images and points; what comes of it stands in the run. Tells how many were
+/// tried.
+pub(super) fn refine(runs: &mut [Run], options: &Options, quiet: bool) -> Result<usize, Failure> {
+    let hindered: BTreeSet<&str> =
+        runs.iter().filter(|run| !run.is_refinable()).map(|run| run.group.as_str()).collect();
+    let is_wanted = |index: &usize| !hindered.contains(runs[*index].group.as_str());
+    let mut wanted: Vec<usize> = (0..runs.len()).filter(is_wanted).collect();
+    if wanted.is_empty() {
+        return Ok(0);
+    }
+    check_names(wanted.iter().map(|&index| &runs[index].scene), &options.refine)?;
+    // The longest first, so that none is left over for one thread at the end.
+    wanted.sort_by_key(|&index| Reverse(observation_count(&runs[index].scene)));
+    let progress = progress_bar("refining", wanted.len(), quiet);
+    let threads = rayon::current_num_threads();
+    let side_by_side = threads.min(wanted.len());
+    let share = options.memory.map(|bytes| bytes / side_by_side);
+    let shared = Options { memory: share, ..options.clone() };
+    let done = on_threads(runs, &wanted, &shared, pools(side_by_side, threads)?, &progress);
+    let is_too_large = |(_, result): &Refined| matches!(result, Err(BundleError::Memory { .. }));
+    let (again, mut done): (Vec<Refined>, Vec<Refined>) = done.into_iter().partition(is_too_large);
+    if !again.is_empty() {
+        // What does not fit beside others may fit alone.
+        let alone: Vec<usize> = again.into_iter().map(|(index, _)| index).collect();
+        let hidden = ProgressBar::hidden();
+        done.extend(on_threads(runs, &alone, options, pools(1, threads)?, &hidden));
+    }
+    progress.finish_and_clear();
+    for (index, result) in done {
+        runs[index].refinement = Some(result);
+    }
+    Ok(wanted.len())
+}
+
+fn observation_count(scene: &Scene) -> usize {
+    scene.geometry.as_ref().map_or(0, |geometry| geometry.points.observation_count())
+}
+
+/// So many pools that share the threads; with more runs than threads each has one.
+fn pools(count: usize, threads: usize) -> Result<Vec<ThreadPool>, Failure> {
+    let pool = |number: usize| {
+        let share = threads / count + usize::from(number < threads % count);
+        let pool = ThreadPoolBuilder::new().num_threads(share).build();
+        pool.map_err(|error| Failure::Input(error.to_string()))
+    };
+    (0..count).map(pool).collect()
+}
+
+/// Adjusts the runs of these indices, one at a time in each pool. A pool of its own keeps a run from starting another one while
+/// it waits for its threads.
+fn on_threads(
+    runs: &[Run],
+    indices: &[usize],
+    options: &Options,
+    pools: Vec<ThreadPool>,
+    progress: &ProgressBar,
+) -> Vec<Refined> {
+    let next = AtomicUsize::new(0);
+    let work = |pool: ThreadPool| {
+        let mut done: Vec<Refined> = Vec::new();
+        while let Some(&index) = indices.get(next.fetch_add(1, Ordering::Relaxed)) {
+            let scene = &runs[index].scene;
+            let own = Options { refine: of_scene(&options.refine, scene), ..options.clone() };
+            let adjusted = pool.install(|| bundle::adjust(scene.clone(), &own, &mut |_| ()));
+            done.push((index, adjusted.map(|adjusted| adjusted.outcome)));
+            progress.inc(1);
+        }
+        done
+    };
+    let work = &work;
+    thread::scope(|scope| {
+        let workers: Vec<_> =
+            pools.into_iter().map(|pool| scope.spawn(move || work(pool))).collect();
+        let finished = workers.into_iter().map(|worker| worker.join());
+        finished.flat_map(|done| done.unwrap_or_else(|panic| resume_unwind(panic))).collect()
+    })
+}
+
+/// The wishes less those for cameras and parameters that this run does not have: others have them.
+fn of_scene(refine: &Refine, scene: &Scene) -> Refine {
+    let known = |which: &[Which], of: &dyn Fn(&Which) -> bool| -> Vec<Which> {
+        which.iter().filter(|one| of(one)).cloned().collect()
+    };
+    let cameras = refine.cameras.iter().filter(|(id, _)| scene.cameras.contains_key(id));
+    Refine {
+        others: known(&refine.others, &|which| is_somewhere(which, scene)),
+        cameras: cameras
+            .map(|(id, wanted)| {
+                let camera = &scene.cameras[id];
+                let has = |which: &Which| is_of(which, camera);
+                (*id, known(wanted, &has))
+            })
+            .collect(),
+    }
+}
+
+fn is_somewhere(which: &Which, scene: &Scene) -> bool {
+    scene.cameras.values().any(|camera| is_of(which, camera))
+}
+
+/// Whether the camera has a parameter of this name; a class may be empty.
+fn is_of(which: &Which, camera: &crate::scene::Camera) -> bool {
+    let mut params = camera.intrinsics.model().params.iter();
+    matches!(which, Which::Class(_)) || params.any(|param| which.is(param))
+}
+
+/// Every camera and parameter that was named is one of some run.
+fn check_names<'a>(
+    scenes: impl Iterator<Item = &'a Scene> + Clone,
+    refine: &Refine,
+) -> Result<(), Failure> {
+    let refused = |text: String| Err(Failure::Input(format!("--refine: {text}")));
+    for (id, wanted) in &refine.cameras {
+        let cameras: Vec<_> = scenes.clone().filter_map(|scene| scene.cameras.get(id)).collect();
+        if cameras.is_empty() {
+            return refused(format!("no run has a camera {id}"));
+        }
+        let is_unknown = |which: &&Which| !cameras.iter().any(|camera| is_of(which, camera));
+        if let Some(Which::Named(name)) = wanted.iter().find(is_unknown) {
+            return refused(format!("no run has a camera {id} with a parameter `{name}`"));
+        }
+    }
+    let is_unknown = |which: &&Which| !scenes.clone().any(|scene| is_somewhere(which, scene));
+    match refine.others.iter().find(is_unknown) {
+        Some(Which::Named(name)) => {
+            refused(format!("no camera of any run has a parameter `{name}`"))
+        }
+        Some(Which::Class(_)) | None => Ok(()),
+    }
+}
