@@ -49,7 +49,9 @@ fn list(lines: &mut std::str::Lines, depth: usize) -> Option<String> {
         let line = lines.next()?.trim_start();
         if line.starts_with(']') {
             out.push_str(line);
-            return (!is_nested || depth == 2).then_some(out).filter(|_| depth == 2 || count <= PAIR);
+            return (!is_nested || depth == 2)
+                .then_some(out)
+                .filter(|_| depth == 2 || count <= PAIR);
         }
         out.push_str(line);
         if line.ends_with('{') {

@@ -1,6 +1,6 @@
 //! The run that is furthest off the others: where to, and how far, as arrows over the image.
 
-use super::axis::nice_step;
+use super::axis::{decimal_exponent, power_of_ten};
 use super::color::{Color, GREY, INK, opaque};
 use super::columns::{Columns, PanelWidth};
 use super::drawing::{Drawing, Pinned, Point};
@@ -16,10 +16,8 @@ const COLUMN_GAP: f64 = 26.0;
 const HEADING_HEIGHT: f64 = 40.0;
 const KEY_HEIGHT: f64 = 30.0;
 const PANEL_GAP: f64 = 16.0;
-/// An arrow in every third cell each way: twenty in a row of the image.
-const EVERY: usize = 3;
-/// The longest arrow in cells: longer ones cover the next ones.
-const LONGEST: f64 = 2.0 * EVERY as f64;
+/// The longest arrow as a multiple of their distance: longer ones would cover each other.
+const LONGEST: f64 = 1.4;
 /// Where the runs were compared.
 const GROUND: Color = opaque(0xEE, 0xEE, 0xEE);
 
@@ -41,7 +39,12 @@ pub fn draw(spreads: &Spreads, font: &Font) -> Option<Drawing> {
         }
         page.y = top + plane.height + BELOW + KEY_HEIGHT + PANEL_GAP;
     }
-    Some(page.finish(&["Grey: the region that is compared.".to_owned()]))
+    Some(
+        page.finish(&[
+            "Each arrow has its middle where the deviation is. Grey: where the runs are compared."
+                .to_owned(),
+        ]),
+    )
 }
 
 fn panel(page: &mut Page, member: &SpreadOf, place: &Placed) {
@@ -58,17 +61,14 @@ fn panel(page: &mut Page, member: &SpreadOf, place: &Placed) {
     place.cells(&mut page.drawing, &ground, |_| GROUND);
     place.border(page);
     let longest = spread.worst.px.iter().map(|px| px[0].hypot(px[1])).fold(0.0, f64::max);
-    let cell = width / spread.columns as f64;
-    let (factor, factor_label) = round_below(LONGEST * cell / place.scale() / longest);
-    let is_shown =
-        |cell: usize| place.column_and_row(cell).iter().all(|at| at % EVERY == EVERY / 2);
-    for (cell, [dx, dy]) in spread.cells.iter().zip(&spread.worst.px) {
-        if is_shown(*cell) {
-            let by = [dx, dy].map(|px| px * factor * place.scale());
-            arrow(&mut page.drawing, place.middle(*cell), by, INK);
-        }
+    let apart = width * spread.worst.pitch as f64 / spread.columns as f64;
+    let (factor, factor_label) = round_below(LONGEST * apart / place.scale() / longest, &FACTORS);
+    for (cell, px) in spread.worst.cells.iter().zip(&spread.worst.px) {
+        let by = px.map(|px| px * factor * place.scale());
+        let [x, y] = place.middle(*cell);
+        arrow(&mut page.drawing, [x - 0.5 * by[0], y - 0.5 * by[1]], by, INK);
     }
-    let (reference, label) = round_below(longest);
+    let (reference, label) = round_below(longest, &[5.0, 2.0, 1.0]);
     let y = bottom + BELOW + 0.5 * KEY_HEIGHT;
     let length = reference * factor * place.scale();
     arrow(&mut page.drawing, [left, y], [length, 0.0], INK);
@@ -91,14 +91,13 @@ fn words(spread: &Spread) -> String {
     clean(&worst.run) + &off.unwrap_or_default()
 }
 
-/// The number of 1, 2 or 5 times a power of ten at or below this, with its label.
-fn round_below(value: f64) -> (f64, String) {
-    let (above, _) = nice_step(value);
-    let found = [1.0, 0.5, 0.4, 0.2]
-        .into_iter()
-        .map(|times| times * above)
-        .find(|round| *round <= value * (1.0 + 1e-12));
-    let found: f64 = found.and_then(|found| format!("{found:.0e}").parse().ok()).unwrap_or(value);
+const FACTORS: [f64; 7] = [8.0, 6.0, 5.0, 4.0, 3.0, 2.0, 1.0];
+
+/// The number of one of these times a power of ten at or below this, with its label; the multiples go down to 1.
+fn round_below(value: f64, multiples: &[f64]) -> (f64, String) {
+    let unit = power_of_ten(decimal_exponent(value));
+    let found = multiples.iter().map(|times| times * unit).find(|round| *round <= value);
+    let found = found.and_then(|found| format!("{found:.0e}").parse().ok()).unwrap_or(value);
     (found, short(found))
 }
 
@@ -139,7 +138,7 @@ mod tests {
         for (value, label) in
             [(5.0, "5"), (4.9, "2"), (0.00123, "0.001"), (99.0, "50"), (100.0, "100"), (0.3, "0.2")]
         {
-            assert_eq!(round_below(value).1, label, "{value}");
+            assert_eq!(round_below(value, &[5.0, 2.0, 1.0]).1, label, "{value}");
         }
     }
 }

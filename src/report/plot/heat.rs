@@ -20,7 +20,9 @@ const ROW_GAP: f64 = 6.0;
 const GROUP_GAP: f64 = 22.0;
 /// A few corner cells must not press all others into the lightest colour: beyond this many times what 95 % of the cells stay below, all
 /// look the same.
-const TALLEST: f64 = 3.0;
+const TALLEST: f64 = 1.5;
+/// The same for what the runs show as they are, as a multiple of what they do turned.
+const RAW_TALLEST: f64 = 2.0;
 
 /// The figure; none without a spread.
 pub fn draw(spreads: &Spreads, font: &Font) -> Option<Drawing> {
@@ -105,7 +107,7 @@ fn group(page: &mut Page, member: &SpreadOf, plane: &Plane, lefts: &[f64], notes
 /// The number where colours end, one for all maps of a group: that of the turned one decides, if the others are not much lower.
 fn top(maps: &[(&str, &SpreadMeasure)]) -> f64 {
     let own = |measure: &SpreadMeasure| measure.max_px.min(TALLEST * measure.p95_px);
-    let turned = maps.get(1).map_or(f64::INFINITY, |(_, measure)| TALLEST * own(measure));
+    let turned = maps.get(1).map_or(f64::INFINITY, |(_, measure)| RAW_TALLEST * own(measure));
     let top = maps.iter().map(|(_, measure)| own(measure)).fold(0.0, f64::max).min(turned);
     if top > 0.0 { top } else { 1.0 }
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::axis::Axis;
-use super::color::{Color, GREY};
+use super::color::{Color, GREY, PAPER};
 use super::drawing::{Drawing, Pinned, Point, Rect};
 use super::font::Font;
 use super::frame::{exact_level_axis, left_room, level_ticks, upright_tick_count, upright_ticks};
@@ -58,12 +58,14 @@ impl Plane {
 }
 
 impl Placed<'_> {
-    /// Ticks, labels, and the name of the axes; what is drawn later covers the guides.
+    /// Ticks, labels, and the name of the axes.
     pub fn ticks(&self, page: &mut Page) {
         let Rect { left, right, bottom, .. } = self.plot;
         level_ticks(page, self.plot, &self.plane.x);
         upright_ticks(page, self.plot, &self.plane.y);
         let at = [0.5 * (left + right), bottom + TICKS_HEIGHT + 0.5 * NAME_HEIGHT];
+        // Guides would show where no cell is drawn.
+        page.drawing.area(&self.plot.corners(), PAPER);
         page.drawing.text("x and y in the image [px]", at, Pinned::Center, SMALL, GREY);
     }
 
@@ -152,7 +154,7 @@ impl Placed<'_> {
                         let at = if upright { [line, at] } else { [at, line] };
                         self.of_cells(at.map(|count| count as f64))
                     });
-                    drawing.line(&ends, color, 1.0);
+                    drawing.line(&ends, color, 0.7);
                 }
             }
         }

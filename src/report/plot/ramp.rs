@@ -5,9 +5,6 @@ use super::drawing::{Pinned, Point, Rect};
 use super::frame::{exact_level_axis, level_ticks};
 use super::page::{BODY, Page};
 
-/// More steps than this no one tells apart, and each makes more shapes of a map.
-const STEPS: usize = 14;
-
 const BAR_CAPTION: f64 = 20.0;
 const BAR: f64 = 11.0;
 const BAR_TICKS: f64 = 22.0;
@@ -18,6 +15,8 @@ pub const BAR_HEIGHT: f64 = BAR_CAPTION + BAR + BAR_TICKS;
 #[derive(Debug, Clone, Copy)]
 pub struct Ramp {
     stops: &'static [Color],
+    /// More than these no one tells apart, and each makes more shapes of a map.
+    steps: usize,
     /// The number of the last colour's end; what is greater has the last colour too.
     pub top: f64,
 }
@@ -37,21 +36,21 @@ const GREYS: [Color; 2] = [opaque(0xF2, 0xF2, 0xF2), opaque(0x60, 0x60, 0x60)];
 
 impl Ramp {
     pub fn heat(top: f64) -> Self {
-        Self { stops: &HEAT, top }
+        Self { stops: &HEAT, steps: 14, top }
     }
 
     pub fn greys(top: f64) -> Self {
-        Self { stops: &GREYS, top }
+        Self { stops: &GREYS, steps: 8, top }
     }
 
     /// The step of a number: equal ones look the same.
     pub fn step(&self, value: f64) -> usize {
-        let reached = |step: &usize| value >= self.top * *step as f64 / STEPS as f64;
-        (1..STEPS).take_while(reached).count()
+        let reached = |step: &usize| value >= self.top * *step as f64 / self.steps as f64;
+        (1..self.steps).take_while(reached).count()
     }
 
     pub fn color(&self, step: usize) -> Color {
-        let place = step as f64 / (STEPS - 1) as f64 * (self.stops.len() - 1) as f64;
+        let place = step as f64 / (self.steps - 1) as f64 * (self.stops.len() - 1) as f64;
         let from = (0..self.stops.len() - 1).take_while(|&at| at as f64 <= place).count() - 1;
         self.stops[from].toward(self.stops[from + 1], place - from as f64)
     }
@@ -74,8 +73,8 @@ impl Ramp {
             bottom: top + BAR_CAPTION + BAR,
         };
         level_ticks(page, bar, &axis);
-        for step in 0..STEPS {
-            let x = left + width * step as f64 / STEPS as f64;
+        for step in 0..self.steps {
+            let x = left + width * step as f64 / self.steps as f64;
             // To the end: the next step covers the rest, and no gap shows between them.
             page.drawing.area(&Rect { left: x, ..bar }.corners(), self.color(step));
         }
@@ -94,7 +93,7 @@ mod tests {
             for pair in lightness.windows(2) {
                 assert!(pair[1] < pair[0] - 1.5, "{lightness:?}");
             }
-            assert!(lightness[STEPS - 1] > INK.lightness() + 20.0, "{lightness:?}");
+            assert!(lightness[ramp.steps - 1] > INK.lightness() + 20.0, "{lightness:?}");
         }
     }
 

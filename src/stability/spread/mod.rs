@@ -278,11 +278,7 @@ impl Found {
         let greatest = |&a: &usize, &b: &usize| told[a].rms_px.total_cmp(&told[b].rms_px);
         let worst = (0..count).max_by(greatest).unwrap_or(0);
         let field = self.rotated.px.iter().skip(given[worst]).step_by(count);
-        let worst = DeviationField {
-            run: told[worst].run.clone(),
-            camera_id: told[worst].camera_id,
-            px: field.map(|px| (*px).into()).collect(),
-        };
+        let worst = deviation_field(&told[worst], &grid, &chosen.cells, field);
         let views = chosen.order.iter().map(|&index| &calibrations[index].view);
         let observation_counts = observation_counts_of(views);
         let by_content = distances(&self.rotated.px, count);
@@ -335,6 +331,26 @@ impl Found {
                 .to_degrees(),
         }
     }
+}
+
+/// The deviations of a run, in evenly spaced cells.
+fn deviation_field<'a>(
+    run: &RunDeviation,
+    grid: &Grid,
+    cells: &[usize],
+    px: impl Iterator<Item = &'a Vector2<f64>>,
+) -> DeviationField {
+    /// More arrows are a thicket.
+    const MOST_CELLS: usize = 320;
+    let is_told = |cell: usize, pitch: usize| {
+        [cell % grid.columns(), cell / grid.columns()].iter().all(|at| at % pitch == pitch / 2)
+    };
+    let is_enough =
+        |pitch: &usize| cells.iter().filter(|cell| is_told(**cell, *pitch)).count() <= MOST_CELLS;
+    let pitch = (1..).find(is_enough).unwrap_or(1);
+    let told = cells.iter().zip(px).filter(|(cell, _)| is_told(**cell, pitch));
+    let (cells, px) = told.map(|(cell, px)| (*cell, <[f64; 2]>::from(*px))).unzip();
+    DeviationField { run: run.run.clone(), camera_id: run.camera_id, pitch, cells, px }
 }
 
 /// What a spread is told with, besides its numbers.

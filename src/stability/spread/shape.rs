@@ -125,7 +125,11 @@ pub struct DeviationField {
     pub run: String,
     /// The camera's CAMERA_ID in it.
     pub camera_id: u32,
-    /// In px, in each cell: from where the consensus's ray should be seen to where it is; written in single precision.
+    /// How many cells apart, along rows and columns, those are that are told: so far that some hundreds remain, as arrows are drawn.
+    pub pitch: usize,
+    /// Those cells.
+    pub cells: Vec<usize>,
+    /// In px, in each of them: from where the consensus's ray should be seen to where it is; written in single precision.
     #[serde(serialize_with = "pairs_in_single_precision")]
     pub px: Vec<[f64; 2]>,
 }

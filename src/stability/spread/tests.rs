@@ -131,6 +131,7 @@ fn neither_order_nor_names_change_a_bit() {
         let mut maps: Vec<u64> = found.rotated.map_px.iter().map(|px| px.to_bits()).collect();
         maps.extend(found.raw.map_px.iter().map(|px| px.to_bits()));
         maps.extend([found.raw.rms_deg, found.rotated.max_deg].map(f64::to_bits));
+        assert!(found.worst.px.len() > 200);
         maps.extend(found.worst.px.iter().flatten().map(|px| px.to_bits()));
         let mut runs: Vec<u64> = found.runs.iter().map(|run| run.rms_px.to_bits()).collect();
         runs.sort_unstable();
@@ -271,6 +272,10 @@ fn the_odd_run_is_named_with_its_place() {
     assert!(found.runs[1].rms_px > 1.5 * found.runs[0].rms_px);
     let distances = found.distances_px.unwrap();
     assert!(distances[0][2] < 3.0 && distances[0][1] > 20.0 && distances[1][2] > 20.0);
+    // 20 x 15 of 60 x 45 cells; the furthest off is at the border, and less far within.
+    assert_eq!((found.worst.pitch, found.worst.cells.len(), found.worst.px.len()), (3, 300, 300));
+    assert_eq!(found.worst.cells[..2], [61, 64]);
     let largest = found.worst.px.iter().map(|px| px[0].hypot(px[1])).fold(0.0, f64::max);
-    assert_px(largest, found.runs[1].max_px, 1e-12, "largest");
+    let all = found.runs[1].max_px;
+    assert!((0.8 * all..=all).contains(&largest), "{largest} {all}");
 }
