@@ -1,4 +1,4 @@
-//! A comparison of calibrations, for a terminal and as JSON.
+//! A comparison of calibrations, for a terminal.
 
 use std::fmt::Write;
 
@@ -9,11 +9,6 @@ use super::spread::{difference_cells, spread_table, spread_words};
 use super::table::{Cell, Table};
 use crate::stability::spread::{Difference, Spread};
 use crate::stability::{ComparedCamera, Comparison};
-
-/// `comparison.json`.
-pub fn comparison_json(comparison: &Comparison) -> serde_json::Result<String> {
-    Ok(serde_json::to_string_pretty(comparison)? + "\n")
-}
 
 /// The comparison as text with ANSI styles.
 pub fn comparison_text(comparison: &Comparison) -> String {

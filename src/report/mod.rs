@@ -20,9 +20,9 @@ mod table;
 mod terminal;
 
 pub use between_csv::{comparisons_csv, components_csv};
-pub use comparison::{comparison_json, comparison_text};
+pub use comparison::comparison_text;
 pub use csv::{runs_csv, samples_csv, statistics_csv};
-pub use json::{analysis_json, schema_json};
+pub use json::{analysis_json, comparison_json, schema_json};
 pub use markdown::markdown;
 pub use spread_csv::{run_deviations_csv, spread_csv};
 pub use terminal::terminal;

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, HashMap};
 use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion};
 
 use super::Run;
-use super::spread::{View, observed_cells};
+use super::spread::{View, observation_counts, observed_cells};
 use crate::camera::Grid;
 use crate::scene::{CameraId, Geometry, ImageId, Mounting, Pose, SensorId, SensorKind};
 use crate::stats::Sorted;
@@ -30,8 +30,9 @@ pub(super) fn views(run: &Run) -> BTreeMap<CameraId, View> {
         let grid = Grid::new(camera.width, camera.height);
         let quantiles = Sorted::new(distances).map(|d| [0.1, 0.5, 0.9].map(|p| d.quantile(p)));
         let distances = quantiles.filter(|quantiles| quantiles[0] > 0.0);
-        let observed_cells = observed_cells(&grid, pixels.into_iter());
-        Some((id, View { observed_cells, distances }))
+        let observation_counts = observation_counts(&grid, pixels.into_iter());
+        let observed_cells = observed_cells(&grid, &observation_counts);
+        Some((id, View { observation_counts, observed_cells, distances }))
     };
     seen.into_iter().filter_map(view).collect()
 }

@@ -1,6 +1,6 @@
 //! An axis: where a value lies along it, and its ticks.
 
-use super::number::{fixed, power, significant};
+use super::number::{fixed, power, short, significant};
 
 /// Values nearer to each other than this, relative to their size, are drawn as equal: f64 could not tell ticks apart.
 const EQUAL: f64 = 1e-11;
@@ -59,11 +59,43 @@ impl Axis {
             (true, false) => REACH_OF_EQUAL * size,
             (false, _) => 1.0,
         };
-        let (low, high) = ((low - reach).max(f64::MIN), (high + reach).min(f64::MAX));
+        Self::exact([(low - reach).max(f64::MIN), (high + reach).min(f64::MAX)], tick_count)
+    }
+
+    /// An axis from the one number to the other, greater one.
+    pub fn exact([low, high]: [f64; 2], tick_count: usize) -> Self {
         let mut axis =
             Self { low, high, ticks: Vec::new(), offset: None, exponent: 0, decimals: 0 };
         axis.place_ticks(tick_count);
         axis
+    }
+
+    /// An axis of so many decades: where a value lies goes by its logarithm to the base of ten.
+    pub fn of_decades([low, high]: [f64; 2], tick_count: usize) -> Self {
+        let ticks_of = |multiples: &[f64]| {
+            let mut ticks = Vec::new();
+            for exponent in decimal_exponent(low)..=decimal_exponent(high) {
+                let at = multiples.iter().map(|times| times * power_of_ten(exponent));
+                ticks.extend(at.filter(|value| (low..=high).contains(value)));
+            }
+            ticks
+        };
+        let fitting = [&[1.0, 2.0, 5.0][..], &[1.0, 3.0], &[1.0]].map(ticks_of);
+        let fits = |ticks: &&Vec<f64>| ticks.len() <= tick_count;
+        let values = fitting.iter().find(fits).unwrap_or(&fitting[2]);
+        let (first, last) = (low.log10(), high.log10());
+        let tick = |value: &f64| Tick {
+            share: (value.log10() - first) / (last - first),
+            label: short(*value),
+        };
+        let ticks = values.iter().map(tick).collect();
+        Self { low: first, high: last, ticks, offset: None, exponent: 0, decimals: 0 }
+    }
+
+    /// The same axis, its low end up: image rows count down.
+    pub fn downwards(mut self) -> Self {
+        self.ticks.iter_mut().for_each(|tick| tick.share = 1.0 - tick.share);
+        self
     }
 
     /// An axis over the positions 1 to `count`, ticks at whole ones.
@@ -160,7 +192,7 @@ impl Axis {
 }
 
 /// The step of 1, 2 or 5 times a power of ten at or above this, and that power.
-fn nice_step(raw: f64) -> (f64, i32) {
+pub fn nice_step(raw: f64) -> (f64, i32) {
     let mut exponent = decimal_exponent(raw);
     let unit = power_of_ten(exponent);
     let multiple = [1.0, 2.0, 5.0, 10.0].into_iter().find(|m| m * unit >= raw).unwrap_or(10.0);
@@ -177,12 +209,12 @@ fn label_exponent(largest: f64, exponent: i32) -> i32 {
 }
 
 /// The power of ten at or below this positive number.
-fn decimal_exponent(value: f64) -> i32 {
+pub fn decimal_exponent(value: f64) -> i32 {
     // By its decimal text: log10 errs near powers of ten.
     format!("{value:e}").rsplit('e').next().and_then(|text| text.parse().ok()).unwrap_or(0)
 }
 
-fn power_of_ten(exponent: i32) -> f64 {
+pub fn power_of_ten(exponent: i32) -> f64 {
     format!("1e{exponent}").parse().unwrap_or(f64::NAN)
 }
 

@@ -58,6 +58,14 @@ pub struct Rect {
 }
 
 impl Rect {
+    /// Whether two rectangles share more than a border.
+    pub fn meets(&self, other: &Self) -> bool {
+        self.left < other.right
+            && other.left < self.right
+            && self.top < other.bottom
+            && other.top < self.bottom
+    }
+
     pub fn corners(&self) -> [Point; 4] {
         let Self { left, top, right, bottom } = *self;
         [[left, top], [right, top], [right, bottom], [left, bottom]]
@@ -77,6 +85,14 @@ impl Drawing {
     pub fn hairline(&mut self, from: Point, to: Point, color: Color) {
         let crisp = |[x, y]: Point| [x.floor() + 0.5, y.floor() + 0.5];
         self.line(&[crisp(from), crisp(to)], color, 1.0);
+    }
+
+    /// The border of a rectangle, a hairline.
+    pub fn outline(&mut self, rect: Rect, color: Color) {
+        let [a, b, c, d] = rect.corners();
+        for [from, to] in [[a, b], [b, c], [d, c], [a, d]] {
+            self.hairline(from, to, color);
+        }
     }
 
     pub fn area(&mut self, points: &[Point], color: Color) {

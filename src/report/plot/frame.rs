@@ -21,6 +21,11 @@ pub fn level_axis(font: &Font, span: [f64; 2], width: f64) -> Axis {
     fitting(width, font, |count| Axis::new(span, count))
 }
 
+/// A level axis from the one number to the other.
+pub fn exact_level_axis(font: &Font, ends: [f64; 2], width: f64) -> Axis {
+    fitting(width, font, |count| Axis::exact(ends, count))
+}
+
 /// A level axis over positions of runs.
 pub fn run_axis(font: &Font, count: usize, width: f64) -> Axis {
     fitting(width, font, |ticks| Axis::of_positions(count, ticks))
@@ -28,8 +33,12 @@ pub fn run_axis(font: &Font, count: usize, width: f64) -> Axis {
 
 /// An upright axis over this span.
 pub fn upright_axis(span: [f64; 2], height: f64) -> Axis {
-    let count = (2_u8..=8).rev().find(|&count| f64::from(count) * ROW_GAP <= height).unwrap_or(2);
-    Axis::new(span, usize::from(count))
+    Axis::new(span, upright_tick_count(height))
+}
+
+/// As many ticks as an upright axis has room for.
+pub fn upright_tick_count(height: f64) -> usize {
+    (2..=8).rev().find(|&count| count as f64 * ROW_GAP <= height).unwrap_or(2)
 }
 
 fn fitting(width: f64, font: &Font, axis_with: impl Fn(usize) -> Axis) -> Axis {

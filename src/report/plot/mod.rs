@@ -1,4 +1,4 @@
-//! Plots of an analysis, as SVG and PNG in memory: three figures a camera.
+//! Plots of an analysis or a comparison, as SVG and PNG in memory.
 //!
 //! Draws what the analysis carries and computes nothing but where it goes on the page. Same analysis, same bytes.
 
@@ -6,20 +6,28 @@ mod axis;
 mod boxes;
 mod color;
 mod columns;
+mod contour;
+mod correlations;
+mod deviation;
 mod drawing;
 mod font;
 mod frame;
+mod heat;
 mod labels;
 mod legend;
 mod marker;
 mod notes;
 mod number;
 mod page;
+mod plane;
 mod png;
+mod profile;
+mod ramp;
 mod range;
 mod render;
 mod runs;
 mod scatter;
+mod spreads;
 mod stem;
 mod subject;
 mod svg;
@@ -32,10 +40,12 @@ mod tests;
 
 use std::fmt;
 
-use crate::stability::Analysis;
+use crate::stability::{Analysis, ComparedCamera, Comparison};
 
 use drawing::Drawing;
 use font::Font;
+use spreads::Spreads;
+use stem::Stems;
 use subject::Subject;
 
 /// One picture.
@@ -60,6 +70,14 @@ pub enum FigureKind {
     Runs,
     /// Distortion against focal length.
     Compensation,
+    /// How all parameters went with each other.
+    Correlations,
+    /// The spread over the image, and where the runs observed.
+    Spread,
+    /// The spread by distance from the image's centre.
+    Profile,
+    /// Where the run that is furthest off deviates.
+    Deviation,
 }
 
 /// A figure that could not be made.
@@ -78,30 +96,79 @@ pub enum PlotError {
 
 type Draw = fn(&Subject, &Font) -> Option<Drawing>;
 
-const KINDS: [(FigureKind, Draw); 3] = [
+const KINDS: [(FigureKind, Draw); 4] = [
     (FigureKind::Boxes, boxes::draw),
     (FigureKind::Runs, runs::draw),
     (FigureKind::Compensation, scatter::draw),
+    (FigureKind::Correlations, correlations::draw),
+];
+
+type DrawSpreads = fn(&Spreads, &Font) -> Option<Drawing>;
+
+const SPREAD_KINDS: [(FigureKind, DrawSpreads); 3] = [
+    (FigureKind::Spread, heat::draw),
+    (FigureKind::Profile, profile::draw),
+    (FigureKind::Deviation, deviation::draw),
 ];
 
 /// The figures of an analysis: for each camera, model and image size up to one of each kind, with all groups that have
-/// it. A camera whose parameters were all held has none.
+/// it; maps of many groups go on in further figures. A camera whose parameters were all held has none.
 pub fn figures(analysis: &Analysis) -> Result<Vec<Figure>, PlotError> {
     let font = Font::load()?;
-    let subjects = subject::subjects(analysis);
+    let mut stems = Stems::default();
     let mut figures = Vec::new();
-    for (subject, stem) in subjects.iter().zip(stem::stems(&subjects)) {
+    for subject in subject::subjects(analysis) {
+        let Subject { camera, model, width, height, .. } = &subject;
+        let stem = stems.of(&[(camera, "camera"), (model, "model")], [*width, *height]);
         for (kind, draw) in KINDS {
-            let Some(drawing) = draw(subject, &font) else { continue };
-            let title = format!("{}: {}", kind.words(), subject.words());
-            let stem = format!("{stem}-{}", kind.name());
-            figures.push(Figure { kind, stem, title, drawing, font: font.clone() });
+            let drawing = draw(&subject, &font);
+            figures.extend(
+                drawing.map(|drawing| Figure::new(kind, &stem, &subject.words(), drawing, &font)),
+            );
         }
+        figures.extend(spread_figures(&Spreads::of_subject(&subject, &font), &stem, &font));
     }
     Ok(figures)
 }
 
+/// The figures of a comparison: of each camera, where two calibrations or more have a spread.
+pub fn comparison_figures(comparison: &Comparison) -> Result<Vec<Figure>, PlotError> {
+    let font = Font::load()?;
+    let mut stems = Stems::default();
+    let of_camera = |compared: &ComparedCamera| {
+        let stem = stems.of(&[(&compared.camera, "camera")], [compared.width, compared.height]);
+        spread_figures(&Spreads::of_compared(compared), &stem, &font)
+    };
+    Ok(comparison.cameras.iter().flat_map(of_camera).collect())
+}
+
+fn spread_figures(spreads: &Spreads, stem: &str, font: &Font) -> Vec<Figure> {
+    let mut figures = Vec::new();
+    for (kind, draw) in SPREAD_KINDS {
+        let pages =
+            if kind == FigureKind::Profile { vec![spreads.clone()] } else { spreads.pages() };
+        for (number, page) in (1..).zip(&pages) {
+            let Some(drawing) = draw(page, font) else { continue };
+            let figure = Figure::new(kind, stem, &spreads.camera, drawing, font);
+            figures.push(if number == 1 { figure } else { figure.continued(number) });
+        }
+    }
+    figures
+}
+
 impl Figure {
+    fn new(kind: FigureKind, stem: &str, of: &str, drawing: Drawing, font: &Font) -> Self {
+        let title = format!("{}: {of}", kind.words());
+        Self { kind, stem: format!("{stem}-{}", kind.name()), title, drawing, font: font.clone() }
+    }
+
+    /// The figure as one of a row that share a kind.
+    fn continued(self, number: usize) -> Self {
+        let (stem, title) =
+            (format!("{}-{number}", self.stem), format!("{}, {number}", self.title));
+        Self { stem, title, ..self }
+    }
+
     /// The figure as an SVG document.
     pub fn to_svg(&self) -> Result<String, PlotError> {
         svg::to_svg(&self.drawing, &self.font, &self.title)
@@ -120,6 +187,10 @@ impl FigureKind {
             Self::Boxes => "boxes",
             Self::Runs => "runs",
             Self::Compensation => "compensation",
+            Self::Correlations => "correlations",
+            Self::Spread => "spread",
+            Self::Profile => "profile",
+            Self::Deviation => "deviation",
         }
     }
 
@@ -128,6 +199,10 @@ impl FigureKind {
             Self::Boxes => "box plots of the parameters",
             Self::Runs => "parameters by run",
             Self::Compensation => "distortion against focal length",
+            Self::Correlations => "correlations of the parameters",
+            Self::Spread => "spread over the image",
+            Self::Profile => "spread by distance from the centre",
+            Self::Deviation => "deviation of the run furthest off",
         }
     }
 }

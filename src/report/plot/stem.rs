@@ -1,21 +1,24 @@
 //! File stems of figures: safe on every file system, and each its own.
 
-use super::subject::Subject;
-
 /// Longer labels are cut: file systems take 255 bytes of name.
 const LONGEST_LABEL: usize = 60;
 
-/// A stem for each subject, such as `camera-1-opencv-752x480`.
-pub fn stems(subjects: &[Subject]) -> Vec<String> {
-    let mut stems: Vec<String> = Vec::new();
-    for Subject { camera, model, width, height, .. } in subjects {
-        let stem =
-            format!("{}-{}-{width}x{height}", plain(camera, "camera"), plain(model, "model"));
+/// The stems given so far.
+#[derive(Default)]
+pub struct Stems(Vec<String>);
+
+impl Stems {
+    /// A stem of these words, each with what stands for it if no letter is left, such as `camera-1-opencv-752x480`.
+    pub fn of(&mut self, words: &[(&str, &str)], [width, height]: [u64; 2]) -> String {
+        let mut stem: String =
+            words.iter().map(|(word, otherwise)| plain(word, otherwise) + "-").collect();
+        stem.push_str(&format!("{width}x{height}"));
         let numbered = (2_u64..).map(|number| format!("{stem}-{number}"));
-        let free = std::iter::once(stem.clone()).chain(numbered).find(|stem| !stems.contains(stem));
-        stems.extend(free);
+        let mut candidates = std::iter::once(stem.clone()).chain(numbered);
+        let free = candidates.find(|stem| !self.0.contains(stem)).unwrap_or(stem);
+        self.0.push(free.clone());
+        free
     }
-    stems
 }
 
 /// The text in lower case (some file systems tell no other), all but ASCII letters, digits and `_` as single hyphens.

@@ -19,6 +19,8 @@ pub fn to_svg(drawing: &Drawing, font: &Font, title: &str) -> Result<String, Plo
     drop(backend);
     // plotters gives a picture one size: ours has one for the page and a finer one for its coordinates.
     let shapes = body.split_once('\n').map_or("", |(_head, shapes)| shapes);
+    // What goes without saying is a tenth of a map.
+    let shapes = shapes.replace(" opacity=\"1\"", "").replace(" \"/>", "\"/>");
     let (width, height) = (drawing.width, drawing.height);
     let (fine_width, fine_height) = (width * f64::from(SCALE), height * f64::from(SCALE));
     let title = escape(title);

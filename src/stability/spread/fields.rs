@@ -19,6 +19,7 @@ pub(in super::super) fn aligned_deviations(
         order: (0..cameras.len()).collect(),
         cameras: cameras.to_vec(),
         cells: (0..pixels.len()).collect(),
+        masked_cells: Vec::new(),
         pixels: pixels.to_vec(),
         start: start.into_iter().collect::<Option<_>>()?,
         rays: rays.into_iter().map(|rays| rays.into_iter().collect()).collect::<Option<_>>()?,

@@ -20,7 +20,7 @@ pub(super) use fields::aligned_deviations;
 use rays::{Deviations, deviations, turned_start, unturned_start};
 pub use region::Region;
 use region::mask;
-pub(super) use region::observed_cells;
+pub(super) use region::{observation_counts, observed_cells};
 pub use shape::*;
 use summary::{distances, radial_profile, rms, spread_measure};
 
@@ -46,6 +46,8 @@ pub struct Calibration<'a> {
 /// What the images of one camera observed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct View {
+    /// Of each cell of the image's grid, how many observations lie in it.
+    pub observation_counts: Vec<usize>,
     /// Of each cell of the image's grid, whether something was observed in it or next to it.
     pub observed_cells: Vec<bool>,
     /// 10, 50 and 90 % quantiles of the distances to the observed points, in the unit of the scene; none without points.
@@ -138,6 +140,8 @@ struct Chosen<'a> {
     order: Vec<usize>,
     cameras: Vec<&'a Intrinsics>,
     cells: Vec<usize>,
+    /// Cells of the region that are not compared, as not every lens has a ray there.
+    masked_cells: Vec<usize>,
     pixels: Vec<Vector2<f64>>,
     /// Lens by lens.
     rays: Vec<Vec<Vector3<f64>>>,
@@ -172,10 +176,11 @@ fn choose<'a>(
         kept.iter().map(|&lens| rays[lens].as_slice()).collect();
     let start = unturned_start(&kept_cameras, &pixels, &kept_rays);
     let is_in = |cell: &usize| mask.is_seen[*cell] && start[*cell].is_some();
-    let seen: Vec<usize> = (0..cells.len()).filter(is_in).collect();
+    let (seen, masked): (Vec<usize>, Vec<usize>) = (0..cells.len()).partition(is_in);
     let chosen = Chosen {
         order: kept.iter().map(|&lens| order[lens]).collect(),
         cells: seen.iter().map(|&cell| cells[cell]).collect(),
+        masked_cells: masked.iter().map(|&cell| cells[cell]).collect(),
         pixels: seen.iter().map(|&cell| pixels[cell]).collect(),
         rays: kept_rays.iter().map(|rays| seen.iter().filter_map(|&c| rays[c]).collect()).collect(),
         start: seen.iter().filter_map(|&cell| start[cell]).collect(),
@@ -185,6 +190,14 @@ fn choose<'a>(
         return Err(SpreadError::NothingInCommon);
     }
     Ok((chosen, set_aside))
+}
+
+/// The observations in each cell of the image, of all runs together; none unless all have images.
+fn observation_counts_of<'a>(views: impl Iterator<Item = &'a Option<View>>) -> Option<Vec<usize>> {
+    let counts: Vec<&Vec<usize>> =
+        views.map(|view| Some(&view.as_ref()?.observation_counts)).collect::<Option<_>>()?;
+    let cell_count = counts.first()?.len();
+    Some((0..cell_count).map(|cell| counts.iter().map(|counts| counts[cell]).sum()).collect())
 }
 
 /// 10, 50 and 90 % quantiles of the observed distances over their median, median over the runs; none unless all runs have them.
@@ -265,11 +278,9 @@ impl Found {
         let greatest = |&a: &usize, &b: &usize| told[a].rms_px.total_cmp(&told[b].rms_px);
         let worst = (0..count).max_by(greatest).unwrap_or(0);
         let field = self.rotated.px.iter().skip(given[worst]).step_by(count);
-        let worst = DeviationField {
-            run: told[worst].run.clone(),
-            camera_id: told[worst].camera_id,
-            px: field.map(|px| (*px).into()).collect(),
-        };
+        let worst = deviation_field(&told[worst], &grid, &chosen.cells, field);
+        let views = chosen.order.iter().map(|&index| &calibrations[index].view);
+        let observation_counts = observation_counts_of(views);
         let by_content = distances(&self.rotated.px, count);
         let distances: Vec<Vec<f64>> =
             given.iter().map(|&a| given.iter().map(|&b| by_content[a][b]).collect()).collect();
@@ -281,8 +292,15 @@ impl Found {
             columns: grid.columns(),
             rows: grid.rows(),
             cell_share: chosen.cells.len() as f64 / grid.cell_count() as f64,
-            radial_profile: radial_profile(&grid, size, &chosen.cells, &rotated.map_px),
+            radial_profile: radial_profile(
+                &grid,
+                size,
+                &chosen.cells,
+                [&raw.map_px, &rotated.map_px],
+            ),
             cells: chosen.cells,
+            masked_cells: chosen.masked_cells,
+            observation_counts,
             raw,
             rotated,
             moved,
@@ -313,6 +331,26 @@ impl Found {
                 .to_degrees(),
         }
     }
+}
+
+/// The deviations of a run, in evenly spaced cells.
+fn deviation_field<'a>(
+    run: &RunDeviation,
+    grid: &Grid,
+    cells: &[usize],
+    px: impl Iterator<Item = &'a Vector2<f64>>,
+) -> DeviationField {
+    /// More arrows are a thicket.
+    const MOST_CELLS: usize = 320;
+    let is_told = |cell: usize, pitch: usize| {
+        [cell % grid.columns(), cell / grid.columns()].iter().all(|at| at % pitch == pitch / 2)
+    };
+    let is_enough =
+        |pitch: &usize| cells.iter().filter(|cell| is_told(**cell, *pitch)).count() <= MOST_CELLS;
+    let pitch = (1..).find(is_enough).unwrap_or(1);
+    let told = cells.iter().zip(px).filter(|(cell, _)| is_told(**cell, pitch));
+    let (cells, px) = told.map(|(cell, px)| (*cell, <[f64; 2]>::from(*px))).unzip();
+    DeviationField { run: run.run.clone(), camera_id: run.camera_id, pitch, cells, px }
 }
 
 /// What a spread is told with, besides its numbers.

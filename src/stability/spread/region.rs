@@ -88,15 +88,20 @@ impl Region {
     }
 }
 
-/// The cells no further than one cell from an observation.
-pub fn observed_cells(grid: &Grid, observations: impl Iterator<Item = [f64; 2]>) -> Vec<bool> {
-    let [columns, rows] = [grid.columns(), grid.rows()];
-    let mut is_hit = vec![false; grid.cell_count()];
+/// How many observations lie in each cell; those outside the image in none.
+pub fn observation_counts(grid: &Grid, observations: impl Iterator<Item = [f64; 2]>) -> Vec<usize> {
+    let mut counts = vec![0; grid.cell_count()];
     for cell in observations.filter_map(|at| grid.cell_at(at)) {
-        is_hit[cell] = true;
+        counts[cell] += 1;
     }
-    let mut is_near = vec![false; is_hit.len()];
-    for cell in (0..is_hit.len()).filter(|&cell| is_hit[cell]) {
+    counts
+}
+
+/// The cells no further than one cell from an observation.
+pub fn observed_cells(grid: &Grid, counts: &[usize]) -> Vec<bool> {
+    let [columns, rows] = [grid.columns(), grid.rows()];
+    let mut is_near = vec![false; counts.len()];
+    for cell in (0..counts.len()).filter(|&cell| counts[cell] > 0) {
         let (column, row) = (cell % columns, cell / columns);
         for row in row.saturating_sub(1)..rows.min(row + 2) {
             for column in column.saturating_sub(1)..columns.min(column + 2) {
@@ -185,12 +190,24 @@ mod tests {
     #[test]
     fn a_cell_is_observed_where_half_of_the_runs_looked_nearby() {
         let grid = Grid::new(1200, 900);
-        let one = observed_cells(&grid, [[10.0, 10.0], [610.0, 410.0]].into_iter());
+        let near = |observations: &[[f64; 2]]| {
+            observed_cells(&grid, &observation_counts(&grid, observations.iter().copied()))
+        };
+        let one = near(&[[10.0, 10.0], [610.0, 410.0]]);
         // 2 x 2 in the corner, 3 x 3 inside
         assert_eq!(one.iter().filter(|near| **near).count(), 4 + 9);
-        let none = observed_cells(&grid, std::iter::empty());
+        let none = near(&[]);
         assert_eq!(Region::Observed.cells(&grid, &[&one, &none]).len(), 13);
         assert_eq!(Region::Observed.cells(&grid, &[&one, &none, &none]).len(), 0);
+    }
+
+    #[test]
+    fn observations_are_counted_in_the_cell_they_lie_in() {
+        let at = [[30.0, 50.0], [39.9, 59.9], [20.0, 40.0], [19.9, 50.0], [-1.0, 50.0]];
+        let counts = observation_counts(&Grid::new(1200, 900), at.into_iter());
+        // cells of 20 px: the second column and third row, then the one left of it
+        assert_eq!([counts[121], counts[120]], [3, 1]);
+        assert_eq!(counts.iter().sum::<usize>(), 4);
     }
 
     #[test]

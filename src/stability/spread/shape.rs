@@ -1,7 +1,7 @@
 //! The shape of a spread in `analysis.json`.
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 use super::Region;
 
@@ -21,6 +21,11 @@ pub struct Spread {
     pub cells: Vec<usize>,
     /// Their share of the image.
     pub cell_share: f64,
+    /// The cells of the region that were not compared: there some calibration has no ray.
+    pub masked_cells: Vec<usize>,
+    /// Of every cell of the image, the observations in it, of all calibrations that were compared together; none unless all have
+    /// images.
+    pub observation_counts: Option<Vec<usize>>,
     /// The calibrations as they are.
     pub raw: SpreadMeasure,
     /// Each turned onto the others, as the poses of a reconstruction would absorb it.
@@ -33,11 +38,19 @@ pub struct Spread {
     pub set_aside: Vec<SetAside>,
     /// The calibration with the greatest deviation, and where it deviates.
     pub worst: DeviationField,
-    /// The rotation-aligned spread by distance from the image's centre.
+    /// The spread by distance from the image's centre.
     pub radial_profile: Vec<Ring>,
     /// RMS distance in px between any two calibrations over the cells, rotation-aligned, in the order of `runs`; none for more
     /// than 50 of them.
     pub distances_px: Option<Vec<Vec<f64>>>,
+}
+
+impl Spread {
+    /// The observations in each cell of the image, mean over the calibrations.
+    pub fn mean_observations(&self) -> Option<Vec<f64>> {
+        let mean = |count: &usize| *count as f64 / self.n as f64;
+        Some(self.observation_counts.as_ref()?.iter().map(mean).collect())
+    }
 }
 
 /// A spread in numbers: sqrt(sum over the runs of |deviation|^2 / (n - 1)) in each cell.
@@ -60,10 +73,9 @@ pub struct SpreadMeasure {
     /// RMS over the cells of what the spread would be without outliers: the median distance from the median, scaled to be the
     /// spread of normal deviations (1 / sqrt(ln 2)).
     pub median_based_px: f64,
-    /// The spread in each cell, in px.
+    /// The spread in each cell, in px; written in single precision.
+    #[serde(serialize_with = "in_single_precision")]
     pub map_px: Vec<f64>,
-    /// The spread in each cell, in degrees.
-    pub map_deg: Vec<f64>,
 }
 
 /// The spread after turning and moving.
@@ -113,7 +125,12 @@ pub struct DeviationField {
     pub run: String,
     /// The camera's CAMERA_ID in it.
     pub camera_id: u32,
-    /// In px, in each cell: from where the consensus's ray should be seen to where it is.
+    /// How many cells apart, along rows and columns, those are that are told: so far that some hundreds remain, as arrows are drawn.
+    pub pitch: usize,
+    /// Those cells.
+    pub cells: Vec<usize>,
+    /// In px, in each of them: from where the consensus's ray should be seen to where it is; written in single precision.
+    #[serde(serialize_with = "pairs_in_single_precision")]
     pub px: Vec<[f64; 2]>,
 }
 
@@ -124,6 +141,25 @@ pub struct Ring {
     pub radius_px: f64,
     /// Cells whose centres lie in it.
     pub cell_count: usize,
-    /// RMS of their spread.
+    /// RMS of their spread as it is.
+    pub raw_rms_px: f64,
+    /// RMS of their spread, rotation-aligned.
     pub rms_px: f64,
+}
+
+/// Maps are most of an analysis, and no one reads more of a cell than seven digits.
+fn in_single_precision<S: Serializer>(map: &[f64], serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_seq(map.iter().copied().map(single))
+}
+
+fn pairs_in_single_precision<S: Serializer>(
+    map: &[[f64; 2]],
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    serializer.collect_seq(map.iter().map(|pair| pair.map(single)))
+}
+
+#[allow(clippy::cast_possible_truncation)] // rounds
+fn single(value: f64) -> f32 {
+    value as f32
 }

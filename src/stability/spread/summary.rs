@@ -23,8 +23,9 @@ pub(super) fn spread_measure(
         let sum: f64 = px.iter().map(Vector2::norm_squared).sum();
         (sum / depth_count / freedom).sqrt()
     });
-    let map_deg = deviations.rad2.iter().map(|rad2| (rad2 / freedom).sqrt().to_degrees());
-    let (map_px, map_deg): (Vec<f64>, Vec<f64>) = (map_px.collect(), map_deg.collect());
+    let map_px: Vec<f64> = map_px.collect();
+    let map_deg: Vec<f64> =
+        deviations.rad2.iter().map(|rad2| (rad2 / freedom).sqrt().to_degrees()).collect();
     let robust: Vec<f64> = deviations.px.chunks(stride).map(median_based).collect();
     let (px, deg) = (Sorted::new(map_px.clone())?, Sorted::new(map_deg.clone())?);
     let worst = (0..map_px.len()).max_by(|&a, &b| map_px[a].total_cmp(&map_px[b]))?;
@@ -38,7 +39,6 @@ pub(super) fn spread_measure(
         max_deg: deg.max(),
         median_based_px: rms(&robust),
         map_px,
-        map_deg,
     })
 }
 
@@ -68,25 +68,25 @@ fn median(mut values: Vec<f64>) -> f64 {
     }
 }
 
-/// A map by distance from the image's centre; rings without a cell are left out.
+/// Maps, raw and rotation-aligned, by distance from the image's centre; rings without a cell are left out.
 pub(super) fn radial_profile(
     grid: &Grid,
     [width, height]: [u64; 2],
     cells: &[usize],
-    map_px: &[f64],
+    [raw_px, rotated_px]: [&[f64]; 2],
 ) -> Vec<Ring> {
     let centre = Vector2::new(width as f64, height as f64) / 2.0;
     let step = centre.norm() / RINGS as f64;
     let ring = |index: usize| {
         let radii = index as f64 * step..(index + 1) as f64 * step;
-        let is_in = |cell: usize| radii.contains(&(grid.pixel(cell) - centre).norm());
-        let of_ring: Vec<f64> =
-            cells.iter().zip(map_px).filter(|(cell, _)| is_in(**cell)).map(|(_, px)| *px).collect();
-        let radius_px = (index as f64 + 0.5) * step;
+        let is_in = |at: &usize| radii.contains(&(grid.pixel(cells[*at]) - centre).norm());
+        let of_ring: Vec<usize> = (0..cells.len()).filter(is_in).collect();
+        let rms_of = |map: &[f64]| rms(&of_ring.iter().map(|&at| map[at]).collect::<Vec<f64>>());
         (!of_ring.is_empty()).then(|| Ring {
-            radius_px,
+            radius_px: (index as f64 + 0.5) * step,
             cell_count: of_ring.len(),
-            rms_px: rms(&of_ring),
+            raw_rms_px: rms_of(raw_px),
+            rms_px: rms_of(rotated_px),
         })
     };
     (0..RINGS).filter_map(ring).collect()

@@ -1,0 +1,144 @@
+//! The run that is furthest off the others: where to, and how far, as arrows over the image.
+
+use super::axis::{decimal_exponent, power_of_ten};
+use super::color::{Color, GREY, INK, opaque};
+use super::columns::{Columns, PanelWidth};
+use super::drawing::{Drawing, Pinned, Point};
+use super::font::{Font, clean};
+use super::number::{short, significant};
+use super::page::{BODY, Page, SMALL};
+use super::plane::{BELOW, Placed, Plane};
+use super::spreads::{SpreadOf, Spreads};
+use crate::stability::spread::Spread;
+
+const PLOT_WIDTHS: [f64; 2] = [560.0, 380.0];
+const COLUMN_GAP: f64 = 26.0;
+const HEADING_HEIGHT: f64 = 40.0;
+const KEY_HEIGHT: f64 = 30.0;
+const PANEL_GAP: f64 = 16.0;
+/// The longest arrow as a multiple of their distance: longer ones would cover each other.
+const LONGEST: f64 = 1.4;
+/// Where the runs were compared.
+const GROUND: Color = opaque(0xEE, 0xEE, 0xEE);
+
+/// The figure; none where no run is off.
+pub fn draw(spreads: &Spreads, font: &Font) -> Option<Drawing> {
+    let is_off =
+        |member: &&SpreadOf| member.spread.worst.px.iter().any(|px| px[0].hypot(px[1]) > 0.0);
+    let shown: Vec<&SpreadOf> = spreads.members.iter().filter(is_off).collect();
+    let plot_width = if shown.len() == 1 { PLOT_WIDTHS[0] } else { PLOT_WIDTHS[1] };
+    let plane = Plane::new(font, spreads.size, shown.first()?.spread, plot_width);
+    let width = PanelWidth { left: plane.left_room(font), plot: PLOT_WIDTHS, right: COLUMN_GAP };
+    let columns = Columns::new(shown.len(), 0.0, &width);
+    let subtitle = "The run furthest off the others, turned onto them: from where they see a point to where it does";
+    let mut page = Page::new(font, columns.page_width, &spreads.camera, subtitle);
+    for line in shown.chunks(columns.lefts.len()) {
+        let top = page.y + HEADING_HEIGHT;
+        for (member, left) in line.iter().zip(&columns.lefts) {
+            panel(&mut page, member, &plane.placed([*left, top]));
+        }
+        page.y = top + plane.height + BELOW + KEY_HEIGHT + PANEL_GAP;
+    }
+    Some(
+        page.finish(&[
+            "Each arrow has its middle where the deviation is. Grey: where the runs are compared."
+                .to_owned(),
+        ]),
+    )
+}
+
+fn panel(page: &mut Page, member: &SpreadOf, place: &Placed) {
+    let spread = member.spread;
+    let (left, top, bottom) = (place.plot.left, place.plot.top, place.plot.bottom);
+    let width = place.plot.right - left;
+    let lines =
+        [member.label.clone(), words(spread)].map(|line| page.font.shorten(&line, BODY, width));
+    for (line, above) in lines.iter().zip([30.0, 12.0]) {
+        page.drawing.text(line, [left, top - above], Pinned::Left, BODY, INK);
+    }
+    place.ticks(page);
+    let ground: Vec<(usize, usize)> = spread.cells.iter().map(|cell| (*cell, 0)).collect();
+    place.cells(&mut page.drawing, &ground, |_| GROUND);
+    place.border(page);
+    let longest = spread.worst.px.iter().map(|px| px[0].hypot(px[1])).fold(0.0, f64::max);
+    let apart = width * spread.worst.pitch as f64 / spread.columns as f64;
+    let (factor, factor_label) = round_below(LONGEST * apart / place.scale() / longest, &FACTORS);
+    for (cell, px) in spread.worst.cells.iter().zip(&spread.worst.px) {
+        let by = px.map(|px| px * factor * place.scale());
+        let [x, y] = place.middle(*cell);
+        arrow(&mut page.drawing, [x - 0.5 * by[0], y - 0.5 * by[1]], by, INK);
+    }
+    let (reference, label) = round_below(longest, &[5.0, 2.0, 1.0]);
+    let y = bottom + BELOW + 0.5 * KEY_HEIGHT;
+    let length = reference * factor * place.scale();
+    arrow(&mut page.drawing, [left, y], [length, 0.0], INK);
+    let text = format!(
+        "{label} px; arrows are {factor_label} times as long as the deviation in the image"
+    );
+    page.drawing.text(&text, [left + length + 10.0, y], Pinned::Left, SMALL, GREY);
+}
+
+/// The run and how far it is off.
+fn words(spread: &Spread) -> String {
+    let worst = &spread.worst;
+    let is_worst = |run: &&crate::stability::spread::RunDeviation| {
+        run.run == worst.run && run.camera_id == worst.camera_id
+    };
+    let off = spread.runs.iter().find(is_worst).map(|run| {
+        let [rms, max] = [run.rms_px, run.max_px].map(|px| significant(px, 3));
+        format!(": {rms} px RMS, at most {max} px")
+    });
+    clean(&worst.run) + &off.unwrap_or_default()
+}
+
+const FACTORS: [f64; 7] = [8.0, 6.0, 5.0, 4.0, 3.0, 2.0, 1.0];
+
+/// The number of one of these times a power of ten at or below this, with its label; the multiples go down to 1.
+fn round_below(value: f64, multiples: &[f64]) -> (f64, String) {
+    let unit = power_of_ten(decimal_exponent(value));
+    let found = multiples.iter().map(|times| times * unit).find(|round| *round <= value);
+    let found = found.and_then(|found| format!("{found:.0e}").parse().ok()).unwrap_or(value);
+    (found, short(found))
+}
+
+/// An arrow from here by so much; a dot where it would be shorter than its head is thick.
+fn arrow(drawing: &mut Drawing, [x, y]: Point, [dx, dy]: Point, color: Color) {
+    const HALF_SHAFT: f64 = 0.55;
+    const HALF_HEAD: f64 = 2.4;
+    const HEAD: f64 = 6.0;
+    let length = dx.hypot(dy);
+    if length < 2.0 * HALF_SHAFT {
+        return drawing.disc([x, y], 2.0 * HALF_SHAFT, color);
+    }
+    let head = HEAD.min(0.6 * length);
+    let half_head = HALF_HEAD * head / HEAD;
+    let neck = length - head;
+    let corner = |along: f64, across: f64| {
+        let (ux, uy) = (dx / length, dy / length);
+        [x + ux * along - uy * across, y + uy * along + ux * across]
+    };
+    let corners = [
+        corner(0.0, HALF_SHAFT),
+        corner(neck, HALF_SHAFT),
+        corner(neck, half_head.max(HALF_SHAFT)),
+        corner(length, 0.0),
+        corner(neck, -half_head.max(HALF_SHAFT)),
+        corner(neck, -HALF_SHAFT),
+        corner(0.0, -HALF_SHAFT),
+    ];
+    drawing.area(&corners, color);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn scales_are_round_and_never_too_large() {
+        for (value, label) in
+            [(5.0, "5"), (4.9, "2"), (0.00123, "0.001"), (99.0, "50"), (100.0, "100"), (0.3, "0.2")]
+        {
+            assert_eq!(round_below(value, &[5.0, 2.0, 1.0]).1, label, "{value}");
+        }
+    }
+}
