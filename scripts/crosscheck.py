@@ -1,6 +1,6 @@
 """Bundle adjustment beside pycolmap's: the same model, the same start, the same parameters free, the same loss.
 
-usage: crosscheck.py CALIBSTAB MODEL... [--at-least COMPARISONS]
+usage: crosscheck.py CALIBSTAB MODEL... [--robust] [--at-least COMPARISONS]
 
 COLMAP counts an observation that it cannot project as a zero residual, and stops at an absolute gradient: so observations that
 are not projectable at COLMAP's start or end are deleted from the model first, with points that one image sees, and the
@@ -102,7 +102,9 @@ def covariances(model, adjuster, summary):
     freedom = summary.num_residuals_reduced - summary.num_effective_parameters_reduced
     variance = 2 * summary.final_cost / freedom
     found = {i: estimated.get_other_params_cov(camera.params) for i, camera in model.cameras.items()}
-    return {i: variance * c for i, c in found.items() if c is not None}
+    found = {i: variance * c for i, c in found.items() if c is not None}
+    # Of a camera that nothing determines it gives variances of zero or less.
+    return {i: c for i, c in found.items() if np.isfinite(c).all() and (np.diag(c) > 0).all()}
 
 
 class Check:

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use calibstab::bundle::{Adjusted, Loss, Options};
 use calibstab::colmap;
+use calibstab::least_squares;
 use calibstab::scene::{CameraId, Geometry, ImageId, Point3D, Point3DId, Points3D, Scene};
 use calibstab::synth::{self, Synthetic, Views, World};
 use nalgebra::{UnitQuaternion, Vector3};
@@ -33,37 +34,35 @@ fn errors(adjusted: &Adjusted, truth: &Scene) -> (f64, f64) {
 
 #[test]
 fn scenes_that_determine_little_give_honest_stds() {
-    let (room_std, mut stds) = (
-        {
-            let Synthetic { truth, run, .. } = room(World::Room, Views::Ring, 16);
-            errors(&adjust(&run, &all_free()), &truth).1
-        },
-        Vec::new(),
-    );
-    for (what, world, views, image_count) in [
-        ("a plane", World::Plane, Views::Ring, 16),
-        ("forward motion", World::Room, Views::Forward, 16),
-        ("two images", World::Room, Views::Ring, 2),
-        ("pure rotation", World::Room, Views::Rotation, 16),
+    let Synthetic { truth, run, .. } = room(World::Room, Views::Ring, 16);
+    let (_, room_std) = errors(&adjust(&run, &all_free()), &truth);
+    let mut checked = 0;
+    // With principal points held, as COLMAP has it; how many times worse focal lengths are determined, at least.
+    for (what, world, views, image_count, worse) in [
+        ("a plane", World::Plane, Views::Ring, 16, 1.0),
+        ("forward motion", World::Room, Views::Forward, 16, 10.0),
+        ("two images", World::Room, Views::Ring, 2, 100.0),
     ] {
         let Synthetic { truth, run, .. } = room(world, views, image_count);
         let adjusted = adjust(&run, &Options::default());
-        let outcome = &adjusted.outcome;
-        eprintln!(
-            "{what}: {:?} {} steps, rank {} of {} sigma {:?}",
-            outcome.reason, outcome.iterations, outcome.rank, outcome.unknowns, outcome.sigma_px
-        );
-        let covariance = outcome.covariance.as_ref().unwrap();
-        for open in &covariance.open {
-            eprintln!("   open {}", covariance.words(open));
-        }
-        if covariance.matrix.is_some() {
-            let (off, std) = errors(&adjusted, &truth);
-            eprintln!("   off {off} std {std} of {room_std}");
-            stds.push(std);
-        }
+        assert_eq!(adjusted.outcome.rank, adjusted.outcome.unknowns, "{what}");
+        let (off, std) = errors(&adjusted, &truth);
+        assert!(off < 4.0, "{what}: {off:.1} std");
+        assert!(std > worse * room_std, "{what}: {std} px, in a room {room_std}");
+        checked += 1;
     }
-    assert_eq!(stds.len(), 4);
+    assert_eq!(checked, 3);
+}
+
+#[test]
+fn pure_rotation_tells_focal_lengths_and_that_depths_are_open() {
+    let Synthetic { truth, run, .. } = room(World::Room, Views::Rotation, 16);
+    let adjusted = adjust(&run, &Options::default());
+    let outcome = &adjusted.outcome;
+    assert!(outcome.cost < outcome.initial_cost && outcome.rank < outcome.unknowns);
+    let [found, want] =
+        [&adjusted.scene, &truth].map(|scene| scene.cameras[&CameraId(1)].intrinsics.params()[0]);
+    assert!((found / want - 1.0).abs() < 0.01, "{found}, truth {want}");
 }
 
 /// The real models, which are not part of the package.
@@ -82,35 +81,30 @@ fn data() -> Option<PathBuf> {
 }
 
 #[test]
-fn runs_that_failed_are_adjusted_and_their_cameras_called_no_real_lens() {
+fn runs_that_failed_are_adjusted_and_absurd_cameras_called_no_real_lens() {
     let Some(data) = data() else { return };
-    let runs = [
-        "failed_runs/castle_p30_opencv_exh_subsets_run01",
-        "failed_runs/euroc_v1_a_opencv_exh_2cam_run01",
-        "failed_runs/euroc_v1_a_opencv_exh_2cam_run03",
-        "euroc_v1_a/opencv_exh_2cam/run04",
-    ];
-    for run in runs {
+    let stop = least_squares::Options { max_iterations: 25, ..Default::default() };
+    let mut checked = 0;
+    for (run, is_bogus) in [
+        ("failed_runs/castle_p30_opencv_exh_subsets_run01", true),
+        ("failed_runs/euroc_v1_a_opencv_exh_2cam_run01", true),
+        // It broke off, but what there is of it is sound.
+        ("failed_runs/euroc_v1_a_opencv_exh_2cam_run03", false),
+        ("euroc_v1_a/opencv_exh_2cam/run04", true),
+    ] {
         let scene = colmap::find_one(&data.join(run)).unwrap().read().unwrap();
         for loss in [Loss::Squared, Loss::Cauchy(1.0)] {
-            let adjusted = adjust(&scene, &Options { loss, ..Options::default() });
-            let outcome = &adjusted.outcome;
-            eprintln!(
-                "{run} {loss:?}: {:?} {} steps, {} -> {}, dropped {:?}, {:?}",
-                outcome.reason,
-                outcome.iterations,
-                outcome.initial_cost,
-                outcome.cost,
-                outcome.dropped,
-                outcome.cameras.iter().map(|c| c.implausible.clone()).collect::<Vec<_>>()
-            );
+            let outcome = adjust(&scene, &Options { loss, stop, ..Options::default() }).outcome;
             assert!(outcome.cost.is_finite() && outcome.cost <= outcome.initial_cost, "{run}");
             for camera in &outcome.cameras {
                 assert!(camera.after.intrinsics.params().iter().all(|value| value.is_finite()));
+                let why = &camera.implausible;
+                assert_eq!(why.is_some(), is_bogus, "{run} {why:?}");
+                checked += 1;
             }
         }
     }
-    panic!();
+    assert_eq!(checked, 14);
 }
 
 /// A scene beside it, of another camera, whose every camera and point is within 1e-12 of one place.
@@ -165,17 +159,7 @@ fn a_collapsed_cluster_of_cameras_and_points_does_not_disturb_the_rest() {
     let alone = adjust(&scene, &Options::default());
     let both = adjust(&with_collapsed_cluster(&scene), &Options::default());
     let outcome = &both.outcome;
-    eprintln!(
-        "{:?} {} steps {} -> {} dropped {:?} comp {} rank {}/{}",
-        outcome.reason,
-        outcome.iterations,
-        outcome.initial_cost,
-        outcome.cost,
-        outcome.dropped,
-        outcome.components,
-        outcome.rank,
-        outcome.unknowns
-    );
+    assert_eq!(outcome.components, 2);
     assert!(outcome.cost.is_finite() && outcome.cost <= outcome.initial_cost);
     let covariance = alone.outcome.covariance.as_ref().unwrap();
     let stds = covariance.stds().unwrap();

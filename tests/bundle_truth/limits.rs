@@ -95,7 +95,7 @@ fn a_narrow_prior_is_what_the_parameter_becomes_and_it_determines_what_views_lea
     let options = synth::Options {
         cameras: vec![camera],
         image_count: 16,
-        point_count: 8000,
+        point_count: 40_000,
         start_off: 0.0,
         ..Default::default()
     };
