@@ -378,3 +378,6 @@ fn leading<const W: usize>(params: &Params) -> [f64; W] {
     leading.copy_from_slice(&params[..W]);
     leading
 }
+
+#[cfg(test)]
+mod tests;

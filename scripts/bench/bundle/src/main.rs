@@ -24,11 +24,12 @@ fn main() {
     let mut without_steps = options.clone();
     without_steps.stop.max_iterations = 0;
     let read = peak_kb();
-    let (around, ..) = timed(&scene, &without_steps);
+    let (around, around_wall, _) = timed(&scene, &without_steps);
     let (whole, wall, outcome) = timed(&scene, &options);
     println!(
-        "{{\"whole\": {whole}, \"solve\": {}, \"wall\": {wall}, \"steps\": {}, \"cost\": {:e}, \"read_kb\": {read}, \"peak_kb\": {}}}",
+        "{{\"whole\": {whole}, \"solve\": {}, \"wall\": {}, \"steps\": {}, \"cost\": {:e}, \"read_kb\": {read}, \"peak_kb\": {}}}",
         whole - around,
+        wall - around_wall,
         outcome.iterations,
         outcome.cost,
         peak_kb()
