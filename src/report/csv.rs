@@ -6,14 +6,19 @@ use serde::Serialize;
 use super::sections::outliers;
 use crate::stability::{Analysis, FindingId, Parameter, ParameterClass, Population, SampleState};
 
-/// The columns that say which parameter of which camera a row is about.
-#[derive(Serialize)]
-struct Subject<'a> {
+/// The columns that say which camera of which group a row is about.
+#[derive(Clone, Copy, Serialize)]
+pub(super) struct Subject<'a> {
     group: &'a str,
     camera: &'a str,
     model: &'a str,
     width: u64,
     height: u64,
+}
+
+/// The columns that say which of its parameters.
+#[derive(Clone, Copy, Serialize)]
+struct ParameterName<'a> {
     parameter: &'a str,
     class: ParameterClass,
 }
@@ -47,7 +52,7 @@ struct StatisticsRow {
     outliers: String,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, Default)]
 struct RunRow<'a> {
     group: Option<&'a str>,
     run: Option<&'a str>,
@@ -62,10 +67,9 @@ struct RunRow<'a> {
 
 /// Every run, one a row; a run that could not be read has a path and no more.
 pub fn runs_csv(analysis: &Analysis) -> csv::Result<Vec<u8>> {
-    let mut rows = Writer::from_writer(Vec::new());
-    for run in &analysis.runs {
+    let read = analysis.runs.iter().map(|run| {
         let flags: Vec<&str> = run.flags.iter().map(|flag| flag.name()).collect();
-        rows.serialize(RunRow {
+        RunRow {
             group: Some(&run.group),
             run: Some(&run.run),
             path: run.files.first().map_or("", |file| &file.path),
@@ -75,62 +79,60 @@ pub fn runs_csv(analysis: &Analysis) -> csv::Result<Vec<u8>> {
             is_used: run.is_used,
             duplicate_of: run.duplicate_of.as_deref(),
             flags: flags.join(";"),
-        })?;
-    }
-    for skipped in &analysis.skipped {
-        rows.serialize(RunRow {
-            group: None,
-            run: None,
-            path: &skipped.path,
-            image_count: None,
-            point_count: None,
-            observation_count: None,
-            is_used: false,
-            duplicate_of: None,
-            flags: FindingId::SkippedRun.name().to_owned(),
-        })?;
-    }
-    finished(rows)
+        }
+    });
+    let skipped = analysis.skipped.iter().map(|skipped| RunRow {
+        path: &skipped.path,
+        flags: FindingId::SkippedRun.name().to_owned(),
+        ..RunRow::default()
+    });
+    table(read.chain(skipped))
 }
 
 /// Every sample, one a row.
 pub fn samples_csv(analysis: &Analysis) -> csv::Result<Vec<u8>> {
-    let mut rows = Writer::from_writer(Vec::new());
-    for (subject, parameter) in subjects(analysis) {
-        for sample in &parameter.samples {
-            rows.serialize((
-                &subject,
-                SampleRow {
-                    run: &sample.run,
-                    camera_id: sample.camera_id,
-                    state: sample.state,
-                    value: sample.value,
-                    is_outlier: sample.is_outlier,
-                },
-            ))?;
-        }
-    }
-    finished(rows)
+    table(parameters(analysis).flat_map(|(subject, parameter)| {
+        parameter.samples.iter().map(move |sample| {
+            let row = SampleRow {
+                run: &sample.run,
+                camera_id: sample.camera_id,
+                state: sample.state,
+                value: sample.value,
+                is_outlier: sample.is_outlier,
+            };
+            (subject, row)
+        })
+    }))
 }
 
 /// Every parameter of every camera and group, one a row; no statistics where there is no estimate to have them.
 pub fn statistics_csv(analysis: &Analysis) -> csv::Result<Vec<u8>> {
-    let mut rows = Writer::from_writer(Vec::new());
-    for (subject, parameter) in subjects(analysis) {
-        rows.serialize((&subject, statistics_row(parameter)))?;
-    }
-    finished(rows)
+    table(parameters(analysis).map(|(subject, parameter)| (subject, statistics_row(parameter))))
 }
 
-fn subjects(analysis: &Analysis) -> impl Iterator<Item = (Subject<'_>, &Parameter)> {
+/// Rows under the names of their fields.
+pub(super) fn table(rows: impl Iterator<Item = impl Serialize>) -> csv::Result<Vec<u8>> {
+    let mut writer = Writer::from_writer(Vec::new());
+    for row in rows {
+        writer.serialize(row)?;
+    }
+    writer.into_inner().map_err(|error| error.into_error().into())
+}
+
+impl<'a> Subject<'a> {
+    pub(super) fn of(population: &'a Population) -> Self {
+        let Population { group, camera, model, width, height, .. } = population;
+        Self { group, camera, model, width: *width, height: *height }
+    }
+}
+
+fn parameters(
+    analysis: &Analysis,
+) -> impl Iterator<Item = ((Subject<'_>, ParameterName<'_>), &Parameter)> {
     analysis.populations.iter().flat_map(|population| {
-        population.parameters.iter().map(move |parameter| {
-            let Population { group, camera, model, width, height, .. } = population;
-            let (width, height, class) = (*width, *height, parameter.class);
-            (
-                Subject { group, camera, model, width, height, parameter: &parameter.name, class },
-                parameter,
-            )
+        population.parameters.iter().map(|parameter| {
+            let name = ParameterName { parameter: &parameter.name, class: parameter.class };
+            ((Subject::of(population), name), parameter)
         })
     })
 }
@@ -155,8 +157,4 @@ fn statistics_row(parameter: &Parameter) -> StatisticsRow {
         whisker_high: Some(statistics.whiskers[1]),
         outliers: outliers(parameter).join(";"),
     }
-}
-
-pub(super) fn finished(rows: Writer<Vec<u8>>) -> csv::Result<Vec<u8>> {
-    rows.into_inner().map_err(|error| error.into_error().into())
 }

@@ -1,20 +1,10 @@
 //! Spreads as tidy CSV.
 
-use csv::Writer;
 use serde::Serialize;
 
-use super::csv::finished;
+use super::csv::{Subject, table};
+use crate::stability::Analysis;
 use crate::stability::spread::{Spread, SpreadMeasure};
-use crate::stability::{Analysis, Population};
-
-#[derive(Serialize)]
-struct Subject<'a> {
-    group: &'a str,
-    camera: &'a str,
-    model: &'a str,
-    width: u64,
-    height: u64,
-}
 
 #[derive(Serialize)]
 struct SpreadRow<'a> {
@@ -47,22 +37,17 @@ struct RunRow<'a> {
 
 /// The spread of every camera of every group, one alignment a row.
 pub fn spread_csv(analysis: &Analysis) -> csv::Result<Vec<u8>> {
-    let mut rows = Writer::from_writer(Vec::new());
-    for (subject, spread) in spreads(analysis) {
+    table(spreads(analysis).flat_map(|(subject, spread)| {
         let moved = spread.moved.as_ref().map(|moved| ("moved", &moved.measure));
         let all = [("raw", &spread.raw), ("rotated", &spread.rotated)].into_iter().chain(moved);
-        for (alignment, measure) in all {
-            rows.serialize((&subject, spread_row(alignment, spread, measure)))?;
-        }
-    }
-    finished(rows)
+        all.map(move |(alignment, measure)| (subject, spread_row(alignment, spread, measure)))
+    }))
 }
 
 /// How far each calibration is off the consensus of its population, one a row.
 pub fn run_deviations_csv(analysis: &Analysis) -> csv::Result<Vec<u8>> {
-    let mut rows = Writer::from_writer(Vec::new());
-    for (subject, spread) in spreads(analysis) {
-        for run in &spread.runs {
+    table(spreads(analysis).flat_map(|(subject, spread)| {
+        spread.runs.iter().map(move |run| {
             let row = RunRow {
                 run: &run.run,
                 camera_id: run.camera_id,
@@ -73,18 +58,14 @@ pub fn run_deviations_csv(analysis: &Analysis) -> csv::Result<Vec<u8>> {
                 max_y: run.max_at[1],
                 rotation_deg: run.rotation_deg,
             };
-            rows.serialize((&subject, row))?;
-        }
-    }
-    finished(rows)
+            (subject, row)
+        })
+    }))
 }
 
 fn spreads(analysis: &Analysis) -> impl Iterator<Item = (Subject<'_>, &Spread)> {
-    analysis.populations.iter().filter_map(|population| {
-        let Population { group, camera, model, width, height, spread, .. } = population;
-        let (width, height) = (*width, *height);
-        Some((Subject { group, camera, model, width, height }, spread.as_ref()?))
-    })
+    let populations = analysis.populations.iter();
+    populations.filter_map(|one| Some((Subject::of(one), one.spread.as_ref()?)))
 }
 
 fn spread_row<'a>(alignment: &'a str, spread: &Spread, measure: &SpreadMeasure) -> SpreadRow<'a> {
