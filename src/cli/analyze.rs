@@ -4,13 +4,12 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use rayon::prelude::*;
 use terminal_size::{Width, terminal_size_of};
 
 use super::adjustment::Adjustment;
 use super::failure::Failure;
 use super::inputs::Inputs;
-use super::output::{OutputFile, write_files};
+use super::output::{OutputFile, plot_files, write_files};
 use super::refine_runs;
 use crate::report::{self, plot};
 use crate::stability::spread::Region;
@@ -72,9 +71,9 @@ pub(super) enum Match {
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Format {
-    /// analysis.json: everything, at full precision (see `calibstab schema`)
+    /// analysis.json: everything, maps in single precision, all else in full (see `calibstab schema`)
     Json,
-    /// runs.csv, samples.csv, statistics.csv, spread.csv and run_deviations.csv
+    /// runs.csv, samples.csv, statistics.csv, spread.csv, run_deviations.csv, comparisons.csv and components.csv
     Csv,
     /// report.md
     Md,
@@ -175,21 +174,6 @@ fn report_files(analysis: &Analysis, formats: &[Format]) -> Result<Vec<OutputFil
     if wants(Format::Md) {
         files.push(("report.md".into(), report::markdown(analysis, &pictures).into_bytes()));
     }
-    let drawn: Vec<Vec<OutputFile>> = figures
-        .par_iter()
-        .map(|figure| {
-            let mut drawn: Vec<OutputFile> = Vec::new();
-            if wants(Format::Svg) {
-                let svg = figure.to_svg().map_err(|error| failed(&error))?;
-                drawn.push((format!("plots/{}.svg", figure.stem).into(), svg.into_bytes()));
-            }
-            if wants(Format::Png) {
-                let png = figure.to_png().map_err(|error| failed(&error))?;
-                drawn.push((format!("plots/{}.png", figure.stem).into(), png));
-            }
-            Ok(drawn)
-        })
-        .collect::<Result<_, Failure>>()?;
-    files.extend(drawn.concat());
+    files.extend(plot_files(&figures, wants(Format::Svg), wants(Format::Png))?);
     Ok(files)
 }

@@ -8,10 +8,10 @@ use clap::{Args, ValueEnum};
 use super::analyze::Match;
 use super::failure::Failure;
 use super::inputs::{Inputs, read_one};
-use super::output::write_files;
-use crate::report;
+use super::output::{OutputFile, plot_files, write_files};
+use crate::report::{self, plot};
 use crate::stability::spread::Region;
-use crate::stability::{self, Run};
+use crate::stability::{self, Comparison, Run};
 
 /// Compare calibrations of the same cameras, or set them against a known one
 ///
@@ -35,7 +35,7 @@ pub(super) struct Compare {
     #[arg(long, value_name = "REGION")]
     region: Option<Region>,
 
-    /// Write comparison.json into this folder
+    /// Write the comparison into this folder
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
 
@@ -44,10 +44,14 @@ pub(super) struct Compare {
     format: Vec<Format>,
 }
 
-#[derive(Clone, Copy, ValueEnum)]
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Format {
-    /// comparison.json: everything, at full precision
+    /// comparison.json: everything, maps in single precision
     Json,
+    /// plots/*.svg
+    Svg,
+    /// plots/*.png
+    Png,
 }
 
 impl Compare {
@@ -66,14 +70,36 @@ impl Compare {
         let comparison = stability::compare(runs, reference, rule, self.region)
             .map_err(|error| failed(&error))?;
         if let Some(folder) = &self.out {
-            let json = report::comparison_json(&comparison).map_err(|error| failed(&error))?;
-            write_files(folder, &[("comparison.json".into(), json.into_bytes())])?;
+            let formats =
+                if self.format.is_empty() { Format::value_variants() } else { &self.format };
+            let files = comparison_files(&comparison, formats)?;
+            write_files(folder, &files)?;
             if !quiet {
-                writeln!(anstream::stderr(), "1 file written to {}", folder.display())?;
+                let (count, folder) = (files.len(), folder.display());
+                let files = if count == 1 { "file" } else { "files" };
+                writeln!(anstream::stderr(), "{count} {files} written to {folder}")?;
             }
         }
         Ok(out.write_all(report::comparison_text(&comparison).as_bytes())?)
     }
+}
+
+fn comparison_files(
+    comparison: &Comparison,
+    formats: &[Format],
+) -> Result<Vec<OutputFile>, Failure> {
+    let failed = |error: &dyn std::error::Error| Failure::Input(error.to_string());
+    let wants = |format| formats.contains(&format);
+    let mut files: Vec<OutputFile> = Vec::new();
+    if wants(Format::Json) {
+        let json = report::comparison_json(comparison).map_err(|error| failed(&error))?;
+        files.push(("comparison.json".into(), json.into_bytes()));
+    }
+    if wants(Format::Svg) || wants(Format::Png) {
+        let figures = plot::comparison_figures(comparison).map_err(|error| failed(&error))?;
+        files.extend(plot_files(&figures, wants(Format::Svg), wants(Format::Png))?);
+    }
+    Ok(files)
 }
 
 /// What `analyze` takes for groups is here part of a calibration's name.

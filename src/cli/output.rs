@@ -3,11 +3,36 @@
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
+use rayon::prelude::*;
+
 use super::failure::Failure;
 use crate::colmap::Staged;
+use crate::report::plot::{Figure, PlotError};
 
 /// A file to be written: its path below the output folder, and its content.
 pub(super) type OutputFile = (PathBuf, Vec<u8>);
+
+/// The figures as files in `plots`.
+pub(super) fn plot_files(
+    figures: &[Figure],
+    wants_svg: bool,
+    wants_png: bool,
+) -> Result<Vec<OutputFile>, Failure> {
+    let failed = |error: PlotError| Failure::Input(format!("the report failed: {error}"));
+    let draw = |figure: &Figure| {
+        let path = |ending: &str| format!("plots/{}.{ending}", figure.stem).into();
+        let mut drawn: Vec<OutputFile> = Vec::new();
+        if wants_svg {
+            drawn.push((path("svg"), figure.to_svg().map_err(failed)?.into_bytes()));
+        }
+        if wants_png {
+            drawn.push((path("png"), figure.to_png().map_err(failed)?));
+        }
+        Ok(drawn)
+    };
+    let drawn: Vec<_> = figures.par_iter().map(draw).collect::<Result<_, Failure>>()?;
+    Ok(drawn.concat())
+}
 
 /// Writes files below a folder, made if need be.
 pub(super) fn write_files(folder: &Path, files: &[OutputFile]) -> Result<(), Failure> {

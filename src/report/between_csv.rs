@@ -1,10 +1,11 @@
 //! How groups compare, as tidy CSV.
 
-use csv::Writer;
 use serde::Serialize;
 
-use super::csv::finished;
-use crate::stability::{Analysis, Components, TestMethod, VarianceComponents};
+use super::csv::table;
+use crate::stability::{
+    Analysis, Components, GroupComparison, PairTest, TestMethod, VarianceComponents,
+};
 
 /// A test of two groups, one a row.
 #[derive(Serialize)]
@@ -69,53 +70,49 @@ const RAW_IMAGE: &str = "raw image px";
 
 /// Every test of two groups, one a row.
 pub fn comparisons_csv(analysis: &Analysis) -> csv::Result<Vec<u8>> {
-    let mut rows = Writer::from_writer(Vec::new());
-    for one in &analysis.comparisons {
+    table(analysis.comparisons.iter().flat_map(|one| {
         let spreads = one.spreads.iter().map(|test| (IMAGE, test));
         let parameters = one.parameters.iter().map(|one| (one.parameter.as_str(), &one.test));
-        for (of, test) in spreads.chain(parameters) {
-            rows.serialize(TestRow {
-                camera: &one.camera,
-                width: one.width,
-                height: one.height,
-                of,
-                group_more: &test.groups[0],
-                model_more: &test.models[0],
-                n_more: test.n[0],
-                std_more: test.std[0],
-                group_less: &test.groups[1],
-                model_less: &test.models[1],
-                n_less: test.n[1],
-                std_less: test.std[1],
-                ratio: test.ratio,
-                method: test.method,
-                f: test.f,
-                degrees_above: test.degrees[0],
-                degrees_below: test.degrees[1],
-                p: test.p,
-                p_holm: test.p_holm,
-                power_at_2: test.power_at_2,
-                n_for_2: test.n_for_2,
-                n_for_ratio: test.n_for_ratio,
-            })?;
-        }
-    }
-    finished(rows)
+        spreads.chain(parameters).map(|(of, test)| test_row(one, of, test))
+    }))
 }
 
 /// Components of variance, one parameter a row; the pixels' in px.
 pub fn components_csv(analysis: &Analysis) -> csv::Result<Vec<u8>> {
-    let mut rows = Writer::from_writer(Vec::new());
-    for one in &analysis.components {
+    table(analysis.components.iter().flat_map(|one| {
         let image = one.image.iter().flat_map(|image| {
             image.aligned.iter().map(|found| (IMAGE, found)).chain([(RAW_IMAGE, &image.raw)])
         });
         let parameters = one.parameters.iter().map(|p| (p.parameter.as_str(), &p.components));
-        for (of, found) in image.chain(parameters) {
-            rows.serialize(components_row(one, of, found))?;
-        }
+        image.chain(parameters).map(|(of, found)| components_row(one, of, found))
+    }))
+}
+
+fn test_row<'a>(one: &'a GroupComparison, of: &'a str, test: &'a PairTest) -> TestRow<'a> {
+    TestRow {
+        camera: &one.camera,
+        width: one.width,
+        height: one.height,
+        of,
+        group_more: &test.groups[0],
+        model_more: &test.models[0],
+        n_more: test.n[0],
+        std_more: test.std[0],
+        group_less: &test.groups[1],
+        model_less: &test.models[1],
+        n_less: test.n[1],
+        std_less: test.std[1],
+        ratio: test.ratio,
+        method: test.method,
+        f: test.f,
+        degrees_above: test.degrees[0],
+        degrees_below: test.degrees[1],
+        p: test.p,
+        p_holm: test.p_holm,
+        power_at_2: test.power_at_2,
+        n_for_2: test.n_for_2,
+        n_for_ratio: test.n_for_ratio,
     }
-    finished(rows)
 }
 
 fn components_row<'a>(

@@ -9,24 +9,30 @@ use crate::stability::{
     Analysis, FindingId, Parameter, ParameterClass, Population, RunRecord, SampleState, Stopped,
 };
 
-/// The columns that say which parameter of which camera a row is about.
-#[derive(Serialize)]
-struct Subject<'a> {
+/// The columns that say which camera of which group a row is about.
+#[derive(Clone, Copy, Serialize)]
+pub(super) struct Subject<'a> {
     group: &'a str,
     camera: &'a str,
     model: &'a str,
     width: u64,
     height: u64,
+}
+
+/// The columns that say which of its parameters.
+#[derive(Clone, Copy, Serialize)]
+struct ParameterName<'a> {
     parameter: &'a str,
     class: ParameterClass,
     source: Source,
 }
 
 /// Whose values a row is about.
-#[derive(Serialize, Clone, Copy)]
+#[derive(Serialize, Clone, Copy, Default)]
 #[serde(rename_all = "kebab-case")]
 pub(super) enum Source {
     /// As COLMAP left them.
+    #[default]
     Colmap,
     /// As our own adjustment made them.
     Refined,
@@ -63,7 +69,7 @@ struct StatisticsRow {
     outliers: String,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, Default)]
 struct RunRow<'a> {
     group: Option<&'a str>,
     run: Option<&'a str>,
@@ -93,8 +99,7 @@ struct AdjustmentRow {
 
 /// Every run, one a row; a run that could not be read has a path and no more.
 pub fn runs_csv(analysis: &Analysis) -> csv::Result<Vec<u8>> {
-    let mut rows = Writer::from_writer(Vec::new());
-    for run in &analysis.runs {
+    let read = analysis.runs.iter().map(|run| {
         let flags: Vec<&str> = run.flags.iter().map(|flag| flag.name()).collect();
         let row = RunRow {
             group: Some(&run.group),
@@ -107,23 +112,13 @@ pub fn runs_csv(analysis: &Analysis) -> csv::Result<Vec<u8>> {
             duplicate_of: run.duplicate_of.as_deref(),
             flags: flags.join(";"),
         };
-        rows.serialize((row, adjustment_row(run)))?;
-    }
-    for skipped in &analysis.skipped {
-        let row = RunRow {
-            group: None,
-            run: None,
-            path: &skipped.path,
-            image_count: None,
-            point_count: None,
-            observation_count: None,
-            is_used: false,
-            duplicate_of: None,
-            flags: FindingId::SkippedRun.name().to_owned(),
-        };
-        rows.serialize((row, AdjustmentRow::default()))?;
-    }
-    finished(rows)
+        (row, adjustment_row(run))
+    });
+    let skipped = analysis.skipped.iter().map(|skipped| {
+        let flags = FindingId::SkippedRun.name().to_owned();
+        (RunRow { path: &skipped.path, flags, ..RunRow::default() }, AdjustmentRow::default())
+    });
+    table(read.chain(skipped))
 }
 
 fn adjustment_row(run: &RunRecord) -> AdjustmentRow {
@@ -144,53 +139,61 @@ fn adjustment_row(run: &RunRecord) -> AdjustmentRow {
 
 /// Every sample, one a row; where runs were refined, also as COLMAP left it.
 pub fn samples_csv(analysis: &Analysis) -> csv::Result<Vec<u8>> {
-    let mut rows = Writer::from_writer(Vec::new());
-    for (subject, parameter) in subjects(analysis) {
-        for sample in &parameter.samples {
-            rows.serialize((
-                &subject,
-                SampleRow {
-                    run: &sample.run,
-                    camera_id: sample.camera_id,
-                    state: sample.state,
-                    value: sample.value,
-                    predicted_std: sample.predicted_std,
-                    is_outlier: sample.is_outlier,
-                },
-            ))?;
-        }
-    }
-    finished(rows)
+    table(parameters(analysis).flat_map(|(subject, parameter)| {
+        parameter.samples.iter().map(move |sample| {
+            let row = SampleRow {
+                run: &sample.run,
+                camera_id: sample.camera_id,
+                state: sample.state,
+                value: sample.value,
+                predicted_std: sample.predicted_std,
+                is_outlier: sample.is_outlier,
+            };
+            (subject, row)
+        })
+    }))
 }
 
 /// Every parameter of every camera and group, one a row; no statistics where there is no estimate to have them.
 pub fn statistics_csv(analysis: &Analysis) -> csv::Result<Vec<u8>> {
-    let mut rows = Writer::from_writer(Vec::new());
-    for (subject, parameter) in subjects(analysis) {
-        rows.serialize((&subject, statistics_row(parameter)))?;
+    table(parameters(analysis).map(|(subject, parameter)| (subject, statistics_row(parameter))))
+}
+
+/// Rows under the names of their fields.
+pub(super) fn table(rows: impl Iterator<Item = impl Serialize>) -> csv::Result<Vec<u8>> {
+    let mut writer = Writer::from_writer(Vec::new());
+    for row in rows {
+        writer.serialize(row)?;
     }
-    finished(rows)
+    writer.into_inner().map_err(|error| error.into_error().into())
+}
+
+impl Source {
+    /// Of what a population says first.
+    pub(super) fn of(population: &Population) -> Self {
+        if population.as_left.is_some() { Self::Refined } else { Self::Colmap }
+    }
+}
+
+impl<'a> Subject<'a> {
+    pub(super) fn of(population: &'a Population) -> Self {
+        let Population { group, camera, model, width, height, .. } = population;
+        Self { group, camera, model, width: *width, height: *height }
+    }
 }
 
 /// Every parameter of every population, then the same as COLMAP left it.
-fn subjects(analysis: &Analysis) -> impl Iterator<Item = (Subject<'_>, &Parameter)> {
+fn parameters(
+    analysis: &Analysis,
+) -> impl Iterator<Item = ((Subject<'_>, ParameterName<'_>), &Parameter)> {
     analysis.populations.iter().flat_map(|population| {
-        let source = if population.as_left.is_some() { Source::Refined } else { Source::Colmap };
-        let own = population.parameters.iter().map(move |parameter| (source, parameter));
+        let own = population.parameters.iter().map(|one| (Source::of(population), one));
         let left = population.as_left.iter().flat_map(|left| &left.parameters);
-        own.chain(left.map(|parameter| (Source::Colmap, parameter)))
-            .map(|(source, parameter)| (subject(population, source, parameter), parameter))
+        own.chain(left.map(|one| (Source::Colmap, one))).map(|(source, parameter)| {
+            let name = ParameterName { parameter: &parameter.name, class: parameter.class, source };
+            ((Subject::of(population), name), parameter)
+        })
     })
-}
-
-fn subject<'a>(
-    population: &'a Population,
-    source: Source,
-    parameter: &'a Parameter,
-) -> Subject<'a> {
-    let Population { group, camera, model, width, height, .. } = population;
-    let (width, height, class) = (*width, *height, parameter.class);
-    Subject { group, camera, model, width, height, parameter: &parameter.name, class, source }
 }
 
 fn statistics_row(parameter: &Parameter) -> StatisticsRow {
@@ -217,8 +220,4 @@ fn statistics_row(parameter: &Parameter) -> StatisticsRow {
         predicted_std,
         outliers: outliers(parameter).join(";"),
     }
-}
-
-pub(super) fn finished(rows: Writer<Vec<u8>>) -> csv::Result<Vec<u8>> {
-    rows.into_inner().map_err(|error| error.into_error().into())
 }

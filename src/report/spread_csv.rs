@@ -1,22 +1,12 @@
 //! Spreads as tidy CSV.
 
-use csv::Writer;
 use serde::Serialize;
 
-use super::csv::{Source, finished};
+use super::csv::{Source, Subject, table};
 use crate::stability::spread::{Spread, SpreadMeasure};
-use crate::stability::{Analysis, LeftSpread, Population};
+use crate::stability::{Analysis, LeftSpread};
 
-#[derive(Serialize)]
-struct Subject<'a> {
-    group: &'a str,
-    camera: &'a str,
-    model: &'a str,
-    width: u64,
-    height: u64,
-}
-
-#[derive(Serialize)]
+#[derive(Serialize, Default)]
 struct SpreadRow<'a> {
     source: Source,
     alignment: &'a str,
@@ -48,32 +38,18 @@ struct RunRow<'a> {
 
 /// The spread of every camera of every group, one alignment a row; where runs were refined, also as COLMAP left them.
 pub fn spread_csv(analysis: &Analysis) -> csv::Result<Vec<u8>> {
-    let mut rows = Writer::from_writer(Vec::new());
-    for population in &analysis.populations {
-        let as_left = population.as_left.as_ref();
-        let source = if as_left.is_some() { Source::Refined } else { Source::Colmap };
-        let subject = subject(population);
-        if let Some(spread) = &population.spread {
-            let moved = spread.moved.as_ref().map(|moved| ("moved", &moved.measure));
-            let all = [("raw", &spread.raw), ("rotated", &spread.rotated)].into_iter().chain(moved);
-            for (alignment, measure) in all {
-                rows.serialize((&subject, spread_row(source, alignment, spread, measure)))?;
-            }
-        }
-        let left = as_left.and_then(|left| left.spread.as_ref());
-        for row in left.into_iter().flat_map(left_rows) {
-            rows.serialize((&subject, row))?;
-        }
-    }
-    finished(rows)
+    table(analysis.populations.iter().flat_map(|population| {
+        let own = population.spread.iter().flat_map(|spread| rows(Source::of(population), spread));
+        let left = population.as_left.iter().flat_map(|left| &left.spread).flat_map(left_rows);
+        let subject = Subject::of(population);
+        own.chain(left).map(move |row| (subject, row)).collect::<Vec<_>>()
+    }))
 }
 
 /// How far each calibration is off the consensus of its population, one a row.
 pub fn run_deviations_csv(analysis: &Analysis) -> csv::Result<Vec<u8>> {
-    let mut rows = Writer::from_writer(Vec::new());
-    for population in &analysis.populations {
-        let subject = subject(population);
-        for run in population.spread.iter().flat_map(|spread| &spread.runs) {
+    table(spreads(analysis).flat_map(|(subject, spread)| {
+        spread.runs.iter().map(move |run| {
             let row = RunRow {
                 run: &run.run,
                 camera_id: run.camera_id,
@@ -84,23 +60,28 @@ pub fn run_deviations_csv(analysis: &Analysis) -> csv::Result<Vec<u8>> {
                 max_y: run.max_at[1],
                 rotation_deg: run.rotation_deg,
             };
-            rows.serialize((&subject, row))?;
-        }
-    }
-    finished(rows)
+            (subject, row)
+        })
+    }))
 }
 
-fn subject(population: &Population) -> Subject<'_> {
-    let Population { group, camera, model, width, height, .. } = population;
-    Subject { group, camera, model, width: *width, height: *height }
+fn spreads(analysis: &Analysis) -> impl Iterator<Item = (Subject<'_>, &Spread)> {
+    let populations = analysis.populations.iter();
+    populations.filter_map(|one| Some((Subject::of(one), one.spread.as_ref()?)))
 }
 
-fn spread_row<'a>(
+fn rows(source: Source, spread: &Spread) -> Vec<SpreadRow<'static>> {
+    let moved = spread.moved.as_ref().map(|moved| ("moved", &moved.measure));
+    let all = [("raw", &spread.raw), ("rotated", &spread.rotated)].into_iter().chain(moved);
+    all.map(|(alignment, measure)| spread_row(source, alignment, spread, measure)).collect()
+}
+
+fn spread_row(
     source: Source,
-    alignment: &'a str,
+    alignment: &'static str,
     spread: &Spread,
     measure: &SpreadMeasure,
-) -> SpreadRow<'a> {
+) -> SpreadRow<'static> {
     SpreadRow {
         source,
         alignment,
@@ -131,14 +112,7 @@ fn left_rows(left: &LeftSpread) -> Vec<SpreadRow<'static>> {
         region: region.to_string(),
         cell_share,
         rms_px,
-        p95_px: None,
-        max_px: None,
-        max_x: None,
-        max_y: None,
-        rms_deg: None,
-        p95_deg: None,
-        max_deg: None,
-        median_based_px: None,
+        ..SpreadRow::default()
     };
     all.map(row).collect()
 }

@@ -75,7 +75,7 @@ impl Axis {
         let ticks_of = |multiples: &[f64]| {
             let mut ticks = Vec::new();
             for exponent in decimal_exponent(low)..=decimal_exponent(high) {
-                let at = multiples.iter().map(|times| times * power_of_ten(exponent));
+                let at = multiples.iter().map(|times| decimal_number(*times, exponent));
                 ticks.extend(at.filter(|value| (low..=high).contains(value)));
             }
             ticks
@@ -215,7 +215,12 @@ pub fn decimal_exponent(value: f64) -> i32 {
 }
 
 pub fn power_of_ten(exponent: i32) -> f64 {
-    format!("1e{exponent}").parse().unwrap_or(f64::NAN)
+    decimal_number(1.0, exponent)
+}
+
+/// A few digits times a power of ten: the number of that text, whose own text is as short.
+pub fn decimal_number(digits: f64, exponent: i32) -> f64 {
+    format!("{digits}e{exponent}").parse().unwrap_or(f64::NAN)
 }
 
 /// `whole` times 10^`exponent`, in digits.
@@ -290,6 +295,22 @@ mod tests {
             axis.ticks.len() >= 3
                 && axis.ticks.iter().all(|tick| (0.0..=1.0).contains(&tick.share))
         );
+    }
+
+    #[test]
+    fn decades_have_round_ticks_where_their_logarithms_are() {
+        let axis = Axis::of_decades([0.08, 90.0], 8);
+        let labels: Vec<&str> = axis.ticks.iter().map(|tick| tick.label.as_str()).collect();
+        assert_eq!(labels, ["0.1", "0.3", "1", "3", "10", "30"]);
+        // log(1 / 0.08) / log(90 / 0.08)
+        assert!((axis.ticks[2].share - 0.359_577_6).abs() < 1e-6, "{}", axis.ticks[2].share);
+        assert!((axis.share(0.0) - axis.ticks[2].share).abs() < 1e-15);
+    }
+
+    #[test]
+    fn an_axis_turned_down_begins_at_the_top() {
+        let ticks = Axis::exact([0.0, 400.0], 4).downwards().ticks;
+        assert_eq!((ticks[0].label.as_str(), ticks[0].share > 0.999), ("0", true));
     }
 
     #[test]

@@ -4,14 +4,14 @@
 
 use std::collections::BTreeMap;
 
-use super::axis::{decimal_exponent, nice_step, power_of_ten};
+use super::axis::{decimal_exponent, decimal_number, nice_step, power_of_ten};
 use super::drawing::Point;
 use super::number::short;
 
 /// A map whose values range over less than this factor has levels evenly spaced, else by ratio: 1, 2, 5, 10.
 const EVEN: f64 = 8.0;
 /// Levels lower than this share of the greatest value crowd where nothing happens.
-const LEAST: f64 = 0.02;
+const LEAST: f64 = 0.05;
 /// Values nearer to each other than this are equal, and lines between them are noise.
 const FLAT: f64 = 1e-6;
 
@@ -27,13 +27,13 @@ pub fn levels([low, high]: [f64; 2]) -> Vec<(f64, String)> {
         let multiple = (step / power_of_ten(exponent)).round();
         let mut index = (low / step).floor();
         while index * step < high {
-            found.extend(decimal(index * multiple, exponent));
+            found.push(decimal(index * multiple, exponent));
             index += 1.0;
         }
     } else {
         let top = decimal_exponent(high);
         for exponent in top - 2..=top {
-            found.extend([1.0, 2.0, 5.0].iter().filter_map(|times| decimal(*times, exponent)));
+            found.extend([1.0, 2.0, 5.0].map(|times| decimal(times, exponent)));
         }
     }
     let least = low.max(if is_even { 0.0 } else { LEAST * high });
@@ -42,9 +42,9 @@ pub fn levels([low, high]: [f64; 2]) -> Vec<(f64, String)> {
 }
 
 /// `whole` times 10^`exponent` as the nearest number, whose shortest digits are its label.
-fn decimal(whole: f64, exponent: i32) -> Option<(f64, String)> {
-    let value: f64 = format!("{whole}e{exponent}").parse().ok()?;
-    Some((value, short(value)))
+fn decimal(whole: f64, exponent: i32) -> (f64, String) {
+    let value = decimal_number(whole, exponent);
+    (value, short(value))
 }
 
 /// An edge between the middles of two neighbouring cells: that of this column and row, and the next one to the right or below.
@@ -199,8 +199,8 @@ mod tests {
     fn levels_are_round_and_lie_within() {
         let labels =
             |range| -> Vec<String> { levels(range).into_iter().map(|(_, label)| label).collect() };
-        assert_eq!(labels([0.01, 3.0]), ["0.1", "0.2", "0.5", "1", "2"]);
-        assert_eq!(labels([0.0, 120.0]), ["5", "10", "20", "50", "100"]);
+        assert_eq!(labels([0.01, 3.0]), ["0.2", "0.5", "1", "2"]);
+        assert_eq!(labels([0.0, 120.0]), ["10", "20", "50", "100"]);
         assert_eq!(labels([0.31, 0.52]), ["0.35", "0.4", "0.45", "0.5"]);
         assert_eq!(labels([17.0, 17.0]), [""; 0]);
         assert_eq!(labels([0.0, 0.0]), [""; 0]);

@@ -1,6 +1,6 @@
 //! The run that is furthest off the others: where to, and how far, as arrows over the image.
 
-use super::axis::{decimal_exponent, power_of_ten};
+use super::axis::{decimal_exponent, decimal_number};
 use super::color::{Color, GREY, INK, opaque};
 use super::columns::{Columns, PanelWidth};
 use super::drawing::{Drawing, Pinned, Point};
@@ -17,7 +17,7 @@ const HEADING_HEIGHT: f64 = 40.0;
 const KEY_HEIGHT: f64 = 30.0;
 const PANEL_GAP: f64 = 16.0;
 /// The longest arrow as a multiple of their distance: longer ones would cover each other.
-const LONGEST: f64 = 1.4;
+const LONGEST: f64 = 1.1;
 /// Where the runs were compared.
 const GROUND: Color = opaque(0xEE, 0xEE, 0xEE);
 
@@ -91,13 +91,14 @@ fn words(spread: &Spread) -> String {
     clean(&worst.run) + &off.unwrap_or_default()
 }
 
+/// What arrows are drawn longer by: these times a power of ten.
 const FACTORS: [f64; 7] = [8.0, 6.0, 5.0, 4.0, 3.0, 2.0, 1.0];
 
 /// The number of one of these times a power of ten at or below this, with its label; the multiples go down to 1.
 fn round_below(value: f64, multiples: &[f64]) -> (f64, String) {
-    let unit = power_of_ten(decimal_exponent(value));
-    let found = multiples.iter().map(|times| times * unit).find(|round| *round <= value);
-    let found = found.and_then(|found| format!("{found:.0e}").parse().ok()).unwrap_or(value);
+    let exponent = decimal_exponent(value);
+    let mut round = multiples.iter().map(|times| decimal_number(*times, exponent));
+    let found = round.find(|round| *round <= value).unwrap_or(value);
     (found, short(found))
 }
 

@@ -132,14 +132,18 @@ fn map(
         whole[*cell] = Some(*px);
     }
     let least = measure.map_px.iter().copied().fold(f64::INFINITY, f64::min);
-    let mut taken: Vec<Rect> = Vec::new();
+    let mut spots: Vec<(Rect, String)> = Vec::new();
     for (level, label) in levels([least, measure.max_px]) {
         let on_page = |line: Vec<Point>| -> Vec<Point> {
             line.into_iter().map(|at| place.of_cells(at)).collect()
         };
         let lines: Vec<Vec<Point>> =
             contours(&whole, spread.columns, level).into_iter().map(on_page).collect();
-        contour(page, place, &lines, &label, &mut taken);
+        contour(page, place, &lines, &label, &mut spots);
+    }
+    // Over all lines: those of other levels may pass close by.
+    for (spot, label) in spots {
+        number(page, spot, &label);
     }
 }
 
@@ -148,45 +152,48 @@ fn caption(page: &mut Page, place: &Placed, text: &str) {
     page.drawing.text(text, at, Pinned::Left, SMALL, INK);
 }
 
-/// The lines of one level with their number; without room for it they are left out, as no one could read them.
+/// The lines of one level, and room for its number; without it they are left out, as no one could read them.
 fn contour(
     page: &mut Page,
     place: &Placed,
     lines: &[Vec<Point>],
     label: &str,
-    taken: &mut Vec<Rect>,
+    spots: &mut Vec<(Rect, String)>,
 ) {
     /// Shorter pieces of a line have no number of their own, if another piece has.
     const LABELLED: f64 = 90.0;
+    /// Shorter pieces are specks.
+    const DRAWN: f64 = 8.0;
+    /// A number hides a line that is not so many times as long.
+    const LEAST: f64 = 2.5;
     let mut order: Vec<&Vec<Point>> = lines.iter().collect();
     order.sort_by(|a, b| length(b).total_cmp(&length(a)));
     let width = page.font.width(label, SMALL);
-    let mut spots: Vec<Rect> = Vec::new();
+    let known = spots.len();
     for (index, line) in order.iter().enumerate() {
-        if index == 0 || length(line) >= LABELLED {
-            let spot = room(line, width, place.plot, taken);
-            taken.extend(spot);
-            spots.extend(spot);
+        let is_long = length(line) >= LABELLED || index == 0 && length(line) >= LEAST * width;
+        let spot = if is_long { room(line, width, place.plot, spots) } else { None };
+        spots.extend(spot.map(|spot| (spot, label.to_owned())));
+    }
+    if spots.len() > known {
+        for line in order.into_iter().filter(|line| length(line) >= DRAWN) {
+            page.drawing.line(line, INK, 1.1);
         }
-    }
-    if spots.is_empty() {
-        return;
-    }
-    for line in lines {
-        page.drawing.line(line, INK, 1.1);
-    }
-    for spot in spots {
-        let Rect { left, top, right, bottom } = spot;
-        let ground =
-            Rect { left: left + 3.0, right: right - 3.0, top: top + 3.0, bottom: bottom - 3.0 };
-        page.drawing.area(&ground.corners(), PAPER);
-        let middle = [0.5 * (left + right), 0.5 * (top + bottom)];
-        page.drawing.text(label, middle, Pinned::Center, SMALL, INK);
     }
 }
 
+/// The number of a line, with some ground of its own.
+fn number(page: &mut Page, spot: Rect, label: &str) {
+    let Rect { left, top, right, bottom } = spot;
+    let ground =
+        Rect { left: left + 3.0, right: right - 3.0, top: top + 3.0, bottom: bottom - 3.0 };
+    page.drawing.area(&ground.corners(), PAPER);
+    let middle = [0.5 * (left + right), 0.5 * (top + bottom)];
+    page.drawing.text(label, middle, Pinned::Center, SMALL, INK);
+}
+
 /// A place on the line for a number of this width, off the border and off all others: near the line's middle, if there is one.
-fn room(line: &[Point], width: f64, plot: Rect, taken: &[Rect]) -> Option<Rect> {
+fn room(line: &[Point], width: f64, plot: Rect, taken: &[(Rect, String)]) -> Option<Rect> {
     const HALF_HEIGHT: f64 = 10.0;
     /// From the number to what is next to it.
     const APART: f64 = 5.0;
@@ -202,7 +209,7 @@ fn room(line: &[Point], width: f64, plot: Rect, taken: &[Rect]) -> Option<Rect> 
             && spot.right <= plot.right
             && spot.top >= plot.top
             && spot.bottom <= plot.bottom;
-        is_inside && !taken.iter().any(|other| other.meets(spot))
+        is_inside && !taken.iter().any(|(other, _)| other.meets(spot))
     };
     let (before, after) = line.split_at(line.len() / 2);
     let mut outwards = after.iter().zip(before.iter().rev()).flat_map(|(a, b)| [a, b]);

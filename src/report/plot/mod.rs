@@ -27,6 +27,8 @@ mod range;
 mod render;
 mod runs;
 mod scatter;
+#[cfg(test)]
+mod spread_tests;
 mod spreads;
 mod stem;
 mod subject;

@@ -220,7 +220,60 @@ fn blocks(steps: &[(usize, usize)], columns: usize) -> Vec<Block> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::drawing::Shape;
+    use super::super::test_data::spread_over;
     use super::*;
+
+    #[test]
+    fn every_cell_has_its_colour_and_nothing_else_is_painted() {
+        let font = Font::load().unwrap();
+        let spread = spread_over([640, 480], |[x, y]| Some((x + y) / 100.0));
+        let plane = Plane::new(&font, [640, 480], &spread, 380.0);
+        let place = plane.placed([50.0, 70.0]);
+        // Bands, with holes and a ragged edge.
+        let is_in = |cell: &usize| cell % 7 != 3 && cell % 60 < 50 - cell / 60 % 4;
+        let steps: Vec<(usize, usize)> =
+            (0..2700).filter(is_in).map(|cell| (cell, (cell % 60 + cell / 60) / 9)).collect();
+        let mut drawing = Drawing::new(500.0);
+        let shade = |step: usize| PAPER.toward(GREY, step as f64 / 12.0);
+        place.cells(&mut drawing, &steps, shade);
+        let on_top = |[x, y]: Point| {
+            let covers = |shape: &&Shape| match shape {
+                Shape::Area { points, .. } => {
+                    let ([left, top], [right, bottom]) = (points[0], points[2]);
+                    (left..right).contains(&x) && (top..bottom).contains(&y)
+                }
+                _ => false,
+            };
+            drawing.shapes.iter().rfind(covers).map(|shape| match shape {
+                Shape::Area { color, .. } => *color,
+                _ => unreachable!(),
+            })
+        };
+        let wanted: std::collections::BTreeMap<usize, usize> = steps.iter().copied().collect();
+        for cell in 0..2700 {
+            let want = wanted.get(&cell).map(|step| shade(*step));
+            assert_eq!(on_top(place.middle(cell)), want, "{cell}");
+        }
+        assert!(drawing.shapes.len() < steps.len() / 2, "{}", drawing.shapes.len());
+    }
+
+    #[test]
+    fn an_edge_surrounds_its_cells_and_leaves_the_border_of_the_image() {
+        let font = Font::load().unwrap();
+        let spread = spread_over([640, 480], |_| Some(1.0));
+        let plane = Plane::new(&font, [640, 480], &spread, 600.0);
+        let mut drawing = Drawing::new(700.0);
+        // Cells of 10 x 10: two by two in the corner of the image, and one alone.
+        plane.placed([0.0, 0.0]).edge(&mut drawing, &[0, 1, 60, 61, 1000], GREY);
+        let length = |shape: &Shape| match shape {
+            Shape::Line { points: p, .. } => (p[1][0] - p[0][0]).hypot(p[1][1] - p[0][1]),
+            _ => unreachable!(),
+        };
+        let total: f64 = drawing.shapes.iter().map(length).sum();
+        assert!((total - (20.0 + 20.0 + 40.0)).abs() < 1e-9, "{total}");
+        assert_eq!(drawing.shapes.len(), 6);
+    }
 
     #[test]
     fn blocks_cover_every_cell_once_with_its_step() {

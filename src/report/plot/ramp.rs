@@ -89,7 +89,8 @@ mod tests {
     #[test]
     fn each_step_is_darker_than_the_one_before_and_ink_stays_legible_on_all() {
         for ramp in [Ramp::heat(1.0), Ramp::greys(1.0)] {
-            let lightness: Vec<f64> = (0..STEPS).map(|step| ramp.color(step).lightness()).collect();
+            let lightness: Vec<f64> =
+                (0..ramp.steps).map(|step| ramp.color(step).lightness()).collect();
             for pair in lightness.windows(2) {
                 assert!(pair[1] < pair[0] - 1.5, "{lightness:?}");
             }

@@ -8,7 +8,7 @@ use crate::stability::ComparedCamera;
 use crate::stability::spread::Spread;
 
 /// A page with more groups than this would be taller than anyone scrolls; they go on in another figure.
-const MOST_ON_A_PAGE: usize = 6;
+const MOST_ON_A_PAGE: usize = 4;
 
 /// A camera's spreads.
 #[derive(Clone)]

@@ -1,5 +1,6 @@
 //! Analyses to draw in tests, with the statistics that `stability` would give them.
 
+use crate::stability::spread::{DeviationField, Region, Ring, RunDeviation, Spread, SpreadMeasure};
 use crate::stability::{
     Analysis, Compensation, Correlations, Options, Parameter, ParameterClass, Population,
     Provenance, SCHEMA_VERSION, Sample, SampleState, Statistics,
@@ -123,4 +124,70 @@ fn compensation(focal: &Parameter, distortion: &Parameter) -> Compensation {
         .collect();
     let (n, correlation) = (pairs.len(), pearson(&pairs));
     Compensation { focal: focal.name.clone(), distortion: distortion.name.clone(), n, correlation }
+}
+
+/// A spread of three runs over those cells of the image, of 60 columns, that have a height in px there, given the px of their
+/// middles. The odd run is off by a third of it, downwards.
+pub fn spread_over([width, height]: [u64; 2], map: impl Fn([f64; 2]) -> Option<f64>) -> Spread {
+    let rows = usize::try_from(60 * height / width).unwrap().max(1);
+    let middle = |cell: usize| {
+        let at = [cell % 60, cell / 60].map(|index| index as f64 + 0.5);
+        [at[0] * width as f64 / 60.0, at[1] * height as f64 / rows as f64]
+    };
+    let (cells, map_px): (Vec<usize>, Vec<f64>) =
+        (0..60 * rows).filter_map(|cell| Some((cell, map(middle(cell))?))).unzip();
+    let max_px = map_px.iter().copied().fold(0.0, f64::max);
+    let rms_px = 0.7 * max_px;
+    let told: Vec<usize> = (0..cells.len()).filter(|at| at % 9 == 4).collect();
+    let run = |run: &str| RunDeviation {
+        run: run.to_owned(),
+        camera_id: 1,
+        rms_px,
+        raw_rms_px: rms_px,
+        max_px,
+        max_at: [0.5, 0.5],
+        rotation_deg: 0.0,
+    };
+    let measure = SpreadMeasure {
+        rms_px,
+        p95_px: 0.9 * max_px,
+        max_px,
+        max_at: [0.5, 0.5],
+        rms_deg: 0.0,
+        p95_deg: 0.0,
+        max_deg: 0.0,
+        median_based_px: rms_px,
+        map_px: map_px.clone(),
+    };
+    Spread {
+        n: 3,
+        region: Region::All,
+        columns: 60,
+        rows,
+        cell_share: cells.len() as f64 / (60 * rows) as f64,
+        masked_cells: Vec::new(),
+        observation_counts: None,
+        raw: measure.clone(),
+        rotated: measure,
+        moved: None,
+        runs: vec![run("run1"), run("odd"), run("run3")],
+        set_aside: Vec::new(),
+        worst: DeviationField {
+            run: "odd".to_owned(),
+            camera_id: 1,
+            pitch: 3,
+            cells: told.iter().map(|&at| cells[at]).collect(),
+            px: told.iter().map(|&at| [0.0, map_px[at] / 3.0]).collect(),
+        },
+        radial_profile: (0..10_u8)
+            .map(|ring| Ring {
+                radius_px: width as f64 / 20.0 * (f64::from(ring) + 0.5),
+                cell_count: 7,
+                raw_rms_px: max_px * f64::from(ring) / 9.0,
+                rms_px: max_px * f64::from(ring) / 10.0,
+            })
+            .collect(),
+        distances_px: None,
+        cells,
+    }
 }
