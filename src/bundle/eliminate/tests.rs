@@ -16,7 +16,7 @@ const KEPT: usize = 6 * IMAGES + 8;
 /// Residuals of about twice the loss's scale: many count negative.
 fn problem() -> (Problem, Options) {
     let lens = camera("OPENCV", &[1000.0, 1010.0, 645.0, 472.0, -0.1, 0.03, 0.001, -0.0005]);
-    let world = World::ring(vec![lens], IMAGES, POINTS).with_noise(1.5);
+    let world = World::ring(vec![lens], 5, POINTS).with_noise(1.5);
     let others = [Focal, PrincipalPoint, Extra].map(Which::Class).to_vec();
     let refine = Refine { others, ..Refine::default() };
     let options = Options { refine, loss: Loss::Cauchy(1.0), ..Options::default() };
