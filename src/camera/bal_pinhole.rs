@@ -37,7 +37,7 @@ impl CameraModel<6> for BalPinhole {
     fn unproject(params: &[f64; 6], pixel: &Vector2<f64>) -> Option<Vector3<f64>> {
         let [fx, fy, cx, cy, k @ ..] = *params;
         let seen = lens::undo_two_focals([fx, fy, cx, cy], pixel);
-        Some(lens::unbend(seen, |at| lens::radial(at, &k))?.push(-1.0))
+        Some(lens::unbend_radial(seen, &k)?.push(-1.0))
     }
 
     fn largest_angle(params: &[f64; 6]) -> f64 {

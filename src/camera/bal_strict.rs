@@ -28,14 +28,14 @@ impl CameraModel<3> for BalStrict {
         let mut wrt_params = SMatrix::<f64, 2, 3>::zeros();
         wrt_params.set_column(0, &bent.at);
         wrt_params.fixed_columns_mut::<2>(1).copy_from(&(bent.wrt_coefficients * f));
-        let wrt_point = bent.wrt_at * seen.wrt_point * f;
+        let wrt_point = seen.chain(&(bent.wrt_at * f));
         Some(Linearized { pixel: bent.at * f, wrt_point, wrt_params })
     }
 
     #[inline(always)]
     fn unproject(params: &[f64; 3], pixel: &Vector2<f64>) -> Option<Vector3<f64>> {
         let [f, k @ ..] = *params;
-        Some(lens::unbend(pixel / f, |at| lens::radial(at, &k))?.push(-1.0))
+        Some(lens::unbend_radial(pixel / f, &k)?.push(-1.0))
     }
 
     fn largest_angle(params: &[f64; 3]) -> f64 {

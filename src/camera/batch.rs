@@ -2,6 +2,7 @@
 //!
 //! Coordinates are structures of arrays, one slice each. What is not seen becomes NaN in every number that belongs to it.
 
+use multiversion::multiversion;
 use nalgebra::{Vector2, Vector3};
 
 use super::{CameraError, CameraModel, Intrinsics, Job, unit_ray};
@@ -85,13 +86,34 @@ impl Job for ProjectAll<'_> {
 
     fn run<M: CameraModel<N>, const N: usize>(self, params: &[f64; N]) -> usize {
         let [px, py] = self.pixels;
+        project_at_once::<M, N>(params, self.points, [px, py]);
         let mut seen = 0;
         for (point, (px, py)) in vectors(self.points).zip(px.iter_mut().zip(py)) {
-            let pixel = M::project(params, &point);
-            seen += usize::from(pixel.is_some());
-            [*px, *py] = pixel.map_or([f64::NAN; 2], Into::into);
+            if px.is_nan() {
+                let pixel = M::project(params, &point);
+                [*px, *py] = pixel.map_or([f64::NAN; 2], Into::into);
+            }
+            seen += usize::from(!px.is_nan());
         }
         seen
+    }
+}
+
+/// The pixels that are surely right, and NaN for the others.
+#[multiversion(targets("x86_64+avx2"))]
+fn project_at_once<M: CameraModel<N>, const N: usize>(
+    params: &[f64; N],
+    [x, y, z]: [&[f64]; 3],
+    [px, py]: [&mut [f64]; 2],
+) {
+    // A copy, which no pixel that is written can change, and slices of one length, so that no index is checked.
+    let (params, count) = (&params.clone(), x.len());
+    let (y, z, px, py) = (&y[..count], &z[..count], &mut px[..count], &mut py[..count]);
+    for index in 0..count {
+        let point = Vector3::new(x[index], y[index], z[index]);
+        let (at, is_sure) = M::linearize_at_once(params, &point);
+        px[index] = if is_sure { at.pixel.x } else { f64::NAN };
+        py[index] = at.pixel.y;
     }
 }
 

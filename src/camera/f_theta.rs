@@ -39,7 +39,7 @@ impl CameraModel<6> for FTheta {
         wrt_params.fixed_columns_mut::<2>(0).copy_from(&Matrix2::identity());
         wrt_params.fixed_columns_mut::<4>(2).copy_from(&bent.wrt_coefficients);
         let pixel = bent.at + Vector2::new(cx, cy);
-        Some(Linearized { pixel, wrt_point: bent.wrt_at * seen.wrt_point, wrt_params })
+        Some(Linearized { pixel, wrt_point: seen.chain(&bent.wrt_at), wrt_params })
     }
 
     #[inline(always)]

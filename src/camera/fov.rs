@@ -8,7 +8,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
+use nalgebra::{Matrix2, Vector2, Vector3};
 
 use super::lens::{self, Bent, Seen};
 use super::param::{extra, focal, principal_point};
@@ -41,8 +41,12 @@ impl CameraModel<5> for Fov {
         let a = 2.0 * (0.5 * width).tan();
         let seen = lens::equidistant(&Vector3::new(a * point.x, a * point.y, point.z))?;
         let at = seen.at / width;
-        let stretch = Matrix3::from_diagonal(&Vector3::new(a / width, a / width, 1.0 / width));
-        let seen = Seen { at, wrt_point: seen.wrt_point * stretch };
+        let seen = Seen {
+            at,
+            stretch: seen.stretch * a / width,
+            slant: seen.slant.map(|[column, row]| [column * a / width, row]),
+            wrt_z: seen.wrt_z / width,
+        };
         let wrt_coefficients = at * (relative_wrt_width(width, a, point) * omega.signum());
         let bent = Bent { at, wrt_at: Matrix2::identity(), wrt_coefficients };
         Some(lens::two_focals([fx, fy, cx, cy], seen, bent))

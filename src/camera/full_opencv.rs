@@ -50,10 +50,8 @@ impl CameraModel<12> for FullOpenCv {
     #[inline(always)]
     fn unproject(params: &[f64; 12], pixel: &Vector2<f64>) -> Option<Vector3<f64>> {
         let [fx, fy, cx, cy, bend @ ..] = *params;
-        Some(
-            lens::unbend(lens::undo_two_focals([fx, fy, cx, cy], pixel), |at| bent(bend, at))?
-                .push(1.0),
-        )
+        let target = lens::undo_two_focals([fx, fy, cx, cy], pixel);
+        Some(lens::unbend(target, |at| bent(bend, at))?.push(1.0))
     }
 
     fn largest_angle(params: &[f64; 12]) -> f64 {

@@ -50,6 +50,12 @@ pub trait CameraModel<const N: usize>: Sized {
     /// The direction of what a pixel sees, of any length; none when nothing is seen there.
     fn unproject(params: &[f64; N], pixel: &Vector2<f64>) -> Option<Vector3<f64>>;
 
+    /// `linearize` without a branch, and whether it is surely right: for models worth it, as a loop over it becomes SIMD.
+    #[inline(always)]
+    fn linearize_at_once(_params: &[f64; N], _point: &Vector3<f64>) -> (Linearized<N>, bool) {
+        (Linearized::NONE, false)
+    }
+
     /// The largest angle from the optical axis, in radians, that the lens sees without folding, decentring aside.
     fn largest_angle(params: &[f64; N]) -> f64;
 

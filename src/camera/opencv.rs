@@ -46,10 +46,16 @@ impl CameraModel<8> for OpenCv {
     #[inline(always)]
     fn unproject(params: &[f64; 8], pixel: &Vector2<f64>) -> Option<Vector3<f64>> {
         let [fx, fy, cx, cy, bend @ ..] = *params;
-        Some(
-            lens::unbend(lens::undo_two_focals([fx, fy, cx, cy], pixel), |at| bent(bend, at))?
-                .push(1.0),
-        )
+        let target = lens::undo_two_focals([fx, fy, cx, cy], pixel);
+        Some(lens::unbend(target, |at| bent(bend, at))?.push(1.0))
+    }
+
+    #[inline(always)]
+    fn linearize_at_once(params: &[f64; 8], point: &Vector3<f64>) -> (Linearized<8>, bool) {
+        let [fx, fy, cx, cy, bend @ ..] = *params;
+        let (seen, sees) = lens::pinhole_at_once(point);
+        let (bent, unfolds) = bent_at_once(bend, seen.at);
+        (lens::two_focals([fx, fy, cx, cy], seen, bent), sees && unfolds)
     }
 
     fn largest_angle(params: &[f64; 8]) -> f64 {
@@ -61,4 +67,9 @@ impl CameraModel<8> for OpenCv {
 #[inline(always)]
 fn bent([k1, k2, p1, p2]: [f64; 4], at: Vector2<f64>) -> Option<Bent<4>> {
     lens::brown(at, (&[k1, k2], [0, 1]), ([p1, p2], [2, 3]))
+}
+
+#[inline(always)]
+fn bent_at_once([k1, k2, p1, p2]: [f64; 4], at: Vector2<f64>) -> (Bent<4>, bool) {
+    lens::brown_at_once(at, (&[k1, k2], [0, 1]), ([p1, p2], [2, 3]))
 }

@@ -7,7 +7,7 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use super::lens::{self, Bent};
+use super::lens;
 use super::param::{focal, polynomial, principal_point};
 use super::{CameraModel, Linearized, OpenCvFisheye, Param};
 
@@ -32,27 +32,27 @@ impl CameraModel<8> for OpenCvFisheye {
 
     #[inline(always)]
     fn linearize(params: &[f64; 8], point: &Vector3<f64>) -> Option<Linearized<8>> {
-        let [fx, fy, cx, cy, bend @ ..] = *params;
+        let [fx, fy, cx, cy, k @ ..] = *params;
         let seen = lens::equidistant(point)?;
-        Some(lens::two_focals([fx, fy, cx, cy], seen, bent(bend, seen.at)?))
+        Some(lens::two_focals([fx, fy, cx, cy], seen, lens::radial(seen.at, &k)?))
     }
 
     #[inline(always)]
     fn unproject(params: &[f64; 8], pixel: &Vector2<f64>) -> Option<Vector3<f64>> {
-        let [fx, fy, cx, cy, bend @ ..] = *params;
-        lens::undo_equidistant(lens::unbend(
-            lens::undo_two_focals([fx, fy, cx, cy], pixel),
-            |at| bent(bend, at),
-        )?)
+        let [fx, fy, cx, cy, k @ ..] = *params;
+        lens::undo_equidistant(lens::unbend_radial(lens::undo_two_focals([fx, fy, cx, cy], pixel), &k)?)
+    }
+
+    #[inline(always)]
+    fn linearize_at_once(params: &[f64; 8], point: &Vector3<f64>) -> (Linearized<8>, bool) {
+        let [fx, fy, cx, cy, k @ ..] = *params;
+        let (seen, sees) = lens::equidistant_at_once(point);
+        let (bent, unfolds) = lens::radial_at_once(seen.at, &k);
+        (lens::two_focals([fx, fy, cx, cy], seen, bent), sees && unfolds)
     }
 
     fn largest_angle(params: &[f64; 8]) -> f64 {
         let [.., k1, k2, k3, k4] = *params;
         lens::fisheye_fold(&[k1, k2, k3, k4])
     }
-}
-
-#[inline(always)]
-fn bent([k1, k2, k3, k4]: [f64; 4], at: Vector2<f64>) -> Option<Bent<4>> {
-    lens::radial(at, &[k1, k2, k3, k4])
 }

@@ -3,10 +3,26 @@
 /// Whether c0 + c1 s + c2 s^2 + ... is positive on the whole of [0, end].
 #[inline(always)]
 pub(super) fn is_positive<const D: usize>(coefficients: &[f64; D], end: f64) -> bool {
-    // Without its rising terms it only falls, so that its end is its least: for most lenses proof enough. NaN stays NaN.
-    let falling = |c: &f64| 0.5 * (c - c.abs());
-    let fall = coefficients[1..].iter().rev().fold(0.0, |sum, c| (sum + falling(c)) * end);
-    coefficients[0] + fall > 0.0 || is_positive_by_bernstein(coefficients, end)
+    lower_bound(coefficients[0], &coefficients[1..], end) > 0.0
+        || is_positive_by_bernstein(coefficients, end)
+}
+
+/// A number that c0 + c1 s + c2 s^2 + ... is nowhere below on [0, end], from c0 and the others: the least value of its first
+/// three terms, less what the further ones can take away. For most lenses it is positive. NaN stays NaN.
+#[inline(always)]
+pub(super) fn lower_bound(constant: f64, others: &[f64], end: f64) -> f64 {
+    let if_negative = |value: f64| 0.5 * (value - value.abs());
+    let further = others.iter().skip(2).rev().fold(0.0, |sum, c| (sum + if_negative(*c)) * end);
+    let parabola = match *others {
+        [] => 0.0,
+        [linear] => linear * end,
+        [linear, square, ..] => {
+            let vertex = (-0.5 * linear / square).max(0.0);
+            let lowest_at = if square > 0.0 { vertex.min(end) } else { end };
+            lowest_at * (linear + lowest_at * square)
+        }
+    };
+    constant + if_negative(parabola) + further * (end * end)
 }
 
 /// A polynomial lies between the least and the greatest of its Bernstein coefficients (Farouki, The Bernstein polynomial

@@ -43,10 +43,16 @@ impl CameraModel<9> for RadTan {
     #[inline(always)]
     fn unproject(params: &[f64; 9], pixel: &Vector2<f64>) -> Option<Vector3<f64>> {
         let [fx, fy, cx, cy, bend @ ..] = *params;
-        Some(
-            lens::unbend(lens::undo_two_focals([fx, fy, cx, cy], pixel), |at| bent(bend, at))?
-                .push(1.0),
-        )
+        let target = lens::undo_two_focals([fx, fy, cx, cy], pixel);
+        Some(lens::unbend(target, |at| bent(bend, at))?.push(1.0))
+    }
+
+    #[inline(always)]
+    fn linearize_at_once(params: &[f64; 9], point: &Vector3<f64>) -> (Linearized<9>, bool) {
+        let [fx, fy, cx, cy, bend @ ..] = *params;
+        let (seen, sees) = lens::pinhole_at_once(point);
+        let (bent, unfolds) = bent_at_once(bend, seen.at);
+        (lens::two_focals([fx, fy, cx, cy], seen, bent), sees && unfolds)
     }
 
     fn largest_angle(params: &[f64; 9]) -> f64 {
@@ -58,4 +64,9 @@ impl CameraModel<9> for RadTan {
 #[inline(always)]
 fn bent([k1, k2, p1, p2, k3]: [f64; 5], at: Vector2<f64>) -> Option<Bent<5>> {
     lens::brown(at, (&[k1, k2, k3], [0, 1, 4]), ([p1, p2], [2, 3]))
+}
+
+#[inline(always)]
+fn bent_at_once([k1, k2, p1, p2, k3]: [f64; 5], at: Vector2<f64>) -> (Bent<5>, bool) {
+    lens::brown_at_once(at, (&[k1, k2, k3], [0, 1, 4]), ([p1, p2], [2, 3]))
 }

@@ -54,10 +54,8 @@ impl CameraModel<16> for RadTanThinPrismFisheye {
     #[inline(always)]
     fn unproject(params: &[f64; 16], pixel: &Vector2<f64>) -> Option<Vector3<f64>> {
         let [fx, fy, cx, cy, bend @ ..] = *params;
-        lens::undo_equidistant(lens::unbend(
-            lens::undo_two_focals([fx, fy, cx, cy], pixel),
-            |at| bent(bend, at),
-        )?)
+        let target = lens::undo_two_focals([fx, fy, cx, cy], pixel);
+        lens::undo_equidistant(lens::unbend(target, |at| bent(bend, at))?)
     }
 
     fn largest_angle(params: &[f64; 16]) -> f64 {

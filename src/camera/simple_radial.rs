@@ -7,7 +7,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use nalgebra::{Vector2, Vector3};
 
-use super::lens::{self, Bent};
+use super::lens;
 use super::param::{focal, polynomial, principal_point};
 use super::{CameraModel, Linearized, Param, SimpleRadial};
 
@@ -25,24 +25,19 @@ impl CameraModel<4> for SimpleRadial {
 
     #[inline(always)]
     fn linearize(params: &[f64; 4], point: &Vector3<f64>) -> Option<Linearized<4>> {
-        let [f, cx, cy, bend @ ..] = *params;
+        let [f, cx, cy, k @ ..] = *params;
         let seen = lens::pinhole(point)?;
-        Some(lens::one_focal([f, cx, cy], seen, bent(bend, seen.at)?))
+        Some(lens::one_focal([f, cx, cy], seen, lens::radial(seen.at, &k)?))
     }
 
     #[inline(always)]
     fn unproject(params: &[f64; 4], pixel: &Vector2<f64>) -> Option<Vector3<f64>> {
-        let [f, cx, cy, bend @ ..] = *params;
-        Some(lens::unbend(lens::undo_one_focal([f, cx, cy], pixel), |at| bent(bend, at))?.push(1.0))
+        let [f, cx, cy, k @ ..] = *params;
+        Some(lens::unbend_radial(lens::undo_one_focal([f, cx, cy], pixel), &k)?.push(1.0))
     }
 
     fn largest_angle(params: &[f64; 4]) -> f64 {
         let [.., k] = *params;
         lens::pinhole_fold(&[k])
     }
-}
-
-#[inline(always)]
-fn bent([k]: [f64; 1], at: Vector2<f64>) -> Option<Bent<1>> {
-    lens::radial(at, &[k])
 }

@@ -5,7 +5,7 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use super::lens::{self, Bent};
+use super::lens;
 use super::param::{focal, polynomial, principal_point};
 use super::{CameraModel, Linearized, Param, SimpleRadialFisheye};
 
@@ -22,26 +22,19 @@ impl CameraModel<4> for SimpleRadialFisheye {
 
     #[inline(always)]
     fn linearize(params: &[f64; 4], point: &Vector3<f64>) -> Option<Linearized<4>> {
-        let [f, cx, cy, bend @ ..] = *params;
+        let [f, cx, cy, k @ ..] = *params;
         let seen = lens::equidistant(point)?;
-        Some(lens::one_focal([f, cx, cy], seen, bent(bend, seen.at)?))
+        Some(lens::one_focal([f, cx, cy], seen, lens::radial(seen.at, &k)?))
     }
 
     #[inline(always)]
     fn unproject(params: &[f64; 4], pixel: &Vector2<f64>) -> Option<Vector3<f64>> {
-        let [f, cx, cy, bend @ ..] = *params;
-        lens::undo_equidistant(lens::unbend(lens::undo_one_focal([f, cx, cy], pixel), |at| {
-            bent(bend, at)
-        })?)
+        let [f, cx, cy, k @ ..] = *params;
+        lens::undo_equidistant(lens::unbend_radial(lens::undo_one_focal([f, cx, cy], pixel), &k)?)
     }
 
     fn largest_angle(params: &[f64; 4]) -> f64 {
         let [.., k] = *params;
         lens::fisheye_fold(&[k])
     }
-}
-
-#[inline(always)]
-fn bent([k]: [f64; 1], at: Vector2<f64>) -> Option<Bent<1>> {
-    lens::radial(at, &[k])
 }

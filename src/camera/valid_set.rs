@@ -56,11 +56,13 @@ impl Intrinsics {
             return 1.0;
         };
         let nearest = column_at(centre.x, last);
+        // Pixels without a ray are the dearest: the ends of a row are sought from those of the row before.
+        let (mut to_left, mut to_right) = (nearest, last - nearest);
         let seen_in_row = |row: u32| {
             let y = f64::from(row) + 0.5;
             let is_seen = |column: u32| self.has_ray(&Vector2::new(f64::from(column) + 0.5, y));
-            let to_left = run_length(nearest, |step| is_seen(nearest - step));
-            let to_right = run_length(last - nearest, |step| is_seen(nearest + step));
+            to_left = run_length(nearest, to_left, |step| is_seen(nearest - step));
+            to_right = run_length(last - nearest, to_right, |step| is_seen(nearest + step));
             u64::from((to_left + to_right).saturating_sub(1))
         };
         let seen: u64 = (0..height).map(seen_in_row).sum();
@@ -106,15 +108,25 @@ fn column_at(x: f64, last: u32) -> u32 {
     low
 }
 
-/// How many steps from 0 to `last` are good, where everything before a good one is.
-fn run_length(last: u32, is_good: impl Fn(u32) -> bool) -> u32 {
-    if is_good(last) {
-        return last + 1;
-    }
-    let (mut count, mut bad) = (0, last);
+/// How many steps from 0 to `last` are good, where everything before a good one is; probably as many as `guess`.
+fn run_length(last: u32, guess: u32, is_good: impl Fn(u32) -> bool) -> u32 {
+    let (mut count, mut bad) = (0, last + 1);
+    let (mut probe, mut stride) = (guess.min(last), 1);
     while count < bad {
-        let middle = count + (bad - count) / 2;
-        if is_good(middle) { count = middle + 1 } else { bad = middle }
+        if is_good(probe) {
+            count = probe + 1
+        } else {
+            bad = probe
+        }
+        // In growing strides until the end lies between two probes, then by halves.
+        probe = if bad > last {
+            count.saturating_add(stride - 1).min(last)
+        } else if count == 0 {
+            bad.saturating_sub(stride)
+        } else {
+            count + (bad - count) / 2
+        };
+        stride = stride.saturating_mul(2);
     }
     count
 }

@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix2, SMatrix, Vector2};
 
-use super::super::polynomial::is_positive;
+use super::super::polynomial::{is_positive, lower_bound};
 
 /// A place on the plane after distortion by K coefficients.
 #[derive(Clone, Copy)]
@@ -23,6 +23,12 @@ pub fn straight(at: Vector2<f64>) -> Bent<0> {
 pub fn radial<const K: usize>(at: Vector2<f64>, k: &[f64; K]) -> Option<Bent<K>> {
     grows(k, at.norm_squared())?;
     Some(unchecked_radial(at, k))
+}
+
+/// `radial` without a branch, and whether it surely grows.
+#[inline(always)]
+pub fn radial_at_once<const K: usize>(at: Vector2<f64>, k: &[f64; K]) -> (Bent<K>, bool) {
+    (unchecked_radial(at, k), stretches_more(k, [0.0; 2], at.norm_squared()))
 }
 
 #[inline(always)]
@@ -89,12 +95,23 @@ pub fn decentring(at: Vector2<f64>, [p1, p2]: [f64; 2]) -> Bent<2> {
 pub fn brown<const R: usize, const K: usize>(
     at: Vector2<f64>,
     (k, k_columns): (&[f64; R], [usize; R]),
-    (p, p_columns): ([f64; 2], [usize; 2]),
+    p: ([f64; 2], [usize; 2]),
 ) -> Option<Bent<K>> {
-    let surely_unfolds = stretches_more(k, p, at.norm_squared());
-    if !surely_unfolds {
-        grows(k, at.norm_squared())?;
+    let (bent, surely_unfolds) = brown_at_once(at, (k, k_columns), p);
+    if surely_unfolds {
+        return Some(bent);
     }
+    grows(k, at.norm_squared())?;
+    unfolded(bent)
+}
+
+/// `brown` without a branch, and whether it surely does not fold.
+#[inline(always)]
+pub fn brown_at_once<const R: usize, const K: usize>(
+    at: Vector2<f64>,
+    (k, k_columns): (&[f64; R], [usize; R]),
+    (p, p_columns): ([f64; 2], [usize; 2]),
+) -> (Bent<K>, bool) {
     let radial = unchecked_radial(at, k);
     let decentring = decentring(at, p);
     let mut wrt_coefficients = SMatrix::<f64, 2, K>::zeros();
@@ -106,17 +123,16 @@ pub fn brown<const R: usize, const K: usize>(
     }
     let wrt_at = radial.wrt_at + decentring.wrt_at;
     let bent = Bent { at: radial.at + decentring.at, wrt_at, wrt_coefficients };
-    if surely_unfolds { Some(bent) } else { unfolded(bent) }
+    (bent, stretches_more(k, p, at.norm_squared()))
 }
 
 /// Whether the radial part surely stretches the plane more than decentring squeezes it, in every direction and all the way
-/// to r: the one by 1 and its falling terms at the least, the other by 6 (|p1| + |p2|) r at the most, and 2 r <= 1 + r^2.
+/// to r: the one by the least of d/dr r (1 + k1 r^2 + ...), the other by 6 (|p1| + |p2|) r at the most, and 2 r <= 1 + r^2.
 /// True of most lenses over most of their image, and much cheaper than the exact tests.
 #[inline(always)]
 fn stretches_more<const R: usize>(k: &[f64; R], [p1, p2]: [f64; 2], r2: f64) -> bool {
-    let falling = |(index, k): (usize, &f64)| (2 * index + 3) as f64 * 0.5 * (k - k.abs());
-    let fall = k.iter().enumerate().rev().fold(0.0, |sum, term| (sum + falling(term)) * r2);
-    1.0 + fall > 3.0 * (p1.abs() + p2.abs()) * (1.0 + r2)
+    let growth: [f64; R] = std::array::from_fn(|index| (2 * index + 3) as f64 * k[index]);
+    lower_bound(1.0, &growth, r2) > 3.0 * (p1.abs() + p2.abs()) * (1.0 + r2)
 }
 
 /// None where the map turns the plane over, once or twice.

@@ -2,6 +2,7 @@
 //!
 //! Everything comes with its derivatives, so that a model states its formula once.
 
+mod angle;
 mod bend;
 mod division;
 mod fold;
@@ -10,10 +11,15 @@ mod plane;
 mod unbend;
 mod unified;
 
-pub use bend::{Bent, brown, decentring, grows, radial, straight, unfolded};
+pub use bend::{
+    Bent, brown, brown_at_once, decentring, grows, radial, radial_at_once, straight, unfolded,
+};
 pub use division::{division, division_angle, division_equation, undo_division};
 pub use fold::{ENDLESS, fisheye_fold, largest, pinhole_fold};
 pub use pixels::{Linearized, one_focal, two_focals, undo_one_focal, undo_two_focals};
-pub use plane::{Seen, equidistant, over, pinhole, pinhole_behind, undo_equidistant};
-pub use unbend::unbend;
+pub use plane::{
+    Seen, equidistant, equidistant_at_once, over, pinhole, pinhole_at_once, pinhole_behind,
+    undo_equidistant,
+};
+pub use unbend::{unbend, unbend_radial};
 pub use unified::{undo_unified, unified, unified_angle, unified_denominator};

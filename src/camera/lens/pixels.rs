@@ -1,6 +1,6 @@
 //! From the plane to pixels, and back.
 
-use nalgebra::{Matrix2, Matrix2x3, SMatrix, Vector2};
+use nalgebra::{ArrayStorage, Matrix2, Matrix2x3, SMatrix, Vector2};
 
 use super::{Bent, Seen};
 
@@ -13,6 +13,15 @@ pub struct Linearized<const N: usize> {
     pub wrt_point: Matrix2x3<f64>,
     /// d pixel / d parameters, in file order.
     pub wrt_params: SMatrix<f64, 2, N>,
+}
+
+impl<const N: usize> Linearized<N> {
+    /// What stands for no projection.
+    pub(in super::super) const NONE: Self = Self {
+        pixel: Vector2::new(f64::NAN, f64::NAN),
+        wrt_point: SMatrix::from_array_storage(ArrayStorage([[f64::NAN; 2]; 3])),
+        wrt_params: SMatrix::from_array_storage(ArrayStorage([[f64::NAN; 2]; N])),
+    };
 }
 
 /// px = fx u + cx, py = fy v + cy: the first four parameters are fx, fy, cx, cy, the others the coefficients of the bend.
@@ -35,7 +44,7 @@ pub fn two_focals<const K: usize, const N: usize>(
     }
     Linearized {
         pixel: Vector2::new(fx * x + cx, fy * y + cy),
-        wrt_point: Matrix2::from_columns(&[scale(first), scale(second)]) * seen.wrt_point,
+        wrt_point: seen.chain(&Matrix2::from_columns(&[scale(first), scale(second)])),
         wrt_params,
     }
 }
@@ -56,7 +65,7 @@ pub fn one_focal<const K: usize, const N: usize>(
     }
     Linearized {
         pixel: bent.at * f + Vector2::new(cx, cy),
-        wrt_point: bent.wrt_at * seen.wrt_point * f,
+        wrt_point: seen.chain(&(bent.wrt_at * f)),
         wrt_params,
     }
 }

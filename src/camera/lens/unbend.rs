@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix2, Vector2};
 
-use super::Bent;
+use super::{Bent, radial};
 
 /// The place that is bent to `target`, by Newton's method from the axis side, on which a lens never folds: a step that leaves
 /// the valid set or leads away is halved.
@@ -36,6 +36,12 @@ pub fn unbend<const K: usize>(
     }
     // What rounding leaves; a larger rest means that no place is bent there.
     (error2.sqrt() <= 64.0 * f64::EPSILON * size).then_some(at)
+}
+
+/// `unbend` for `radial` alone.
+#[inline(always)]
+pub fn unbend_radial<const K: usize>(target: Vector2<f64>, k: &[f64; K]) -> Option<Vector2<f64>> {
+    unbend(target, |at| radial(at, k))
 }
 
 /// matrix^-1 vector; not finite where there is none.

@@ -3,7 +3,8 @@
 //! cargo run --release --locked --manifest-path scripts/bench/camera/Cargo.toml [ROUNDS]
 //!
 //! Prints ns of CPU time a point, on one core. In every round each contestant goes over the same 4096 points once; a time is
-//! the median of the rounds, a ratio (theirs to ours in one round) its median with the lowest and the highest.
+//! the median of the rounds, a ratio (theirs to ours in one round) its median with the lowest and the highest. `all` is our
+//! batch beside the same work of theirs: they project in a batch and unproject one by one.
 //! For beside_pycolmap.py: `points` prints what COLMAP's models are given, `ours` what they cost us.
 
 mod ours;
@@ -18,12 +19,18 @@ use ours::Ours;
 use peers::{v0_2, v0_4};
 use scene::{POINTS, Scene};
 
-/// The three works of a camera model, over all points of a scene.
+/// The works of a camera model, over all points of a scene: point by point, and as fast as it takes them all.
 trait Contestant {
     fn project(&self);
+    fn project_all(&self) {
+        self.project();
+    }
     /// Residuals with their derivatives by point, pose and parameters.
     fn factor(&self);
     fn unproject(&self) -> Vec<[f64; 3]>;
+    fn unproject_all(&self) -> Vec<[f64; 3]> {
+        self.unproject()
+    }
     /// The factor of one point, as numbers.
     fn one_factor(&self, index: usize) -> Vec<f64>;
 }
@@ -65,9 +72,9 @@ fn print_points(scene: &Scene, _: &dyn Contestant) {
 
 fn print_costs(scene: &Scene, ours: &dyn Contestant) {
     let cost = |work: &dyn Fn()| spread((0..61).map(|_| ns_a_point(work)))[1];
-    let unproject = || drop(std::hint::black_box(ours.unproject()));
-    let error = largest_error(scene, &ours.unproject());
-    println!("{} {} {error}", cost(&|| ours.project()), cost(&unproject));
+    let unproject = || drop(std::hint::black_box(ours.unproject_all()));
+    let error = largest_error(scene, &ours.unproject_all());
+    println!("{} {} {error}", cost(&|| ours.project_all()), cost(&unproject));
 }
 
 fn race_all(rounds: usize) {
@@ -101,10 +108,12 @@ fn race(model: &str, scene: &Scene, contestants: [&dyn Contestant; 3], rounds: u
     for index in 0..POINTS {
         agree(model, contestants.map(|contestant| contestant.one_factor(index)));
     }
-    let works: [(&str, fn(&dyn Contestant)); 3] = [
+    let works: [(&str, fn(&dyn Contestant)); 5] = [
         ("project", |contestant| contestant.project()),
+        ("  all", |contestant| contestant.project_all()),
         ("factor", |contestant| contestant.factor()),
         ("unproject", |contestant| drop(std::hint::black_box(contestant.unproject()))),
+        ("  all", |contestant| drop(std::hint::black_box(contestant.unproject_all()))),
     ];
     for (name, work) in works {
         let times: Vec<[f64; 3]> =

@@ -1,4 +1,4 @@
-//! Our side: one point after another, by the model's own functions.
+//! Our side: one point after another by the model's own functions, and all in one call.
 
 use std::hint::black_box;
 use std::marker::PhantomData;
@@ -7,11 +7,13 @@ use calibstab::camera::CameraModel;
 use nalgebra::{SMatrix, Vector2, Vector3};
 
 use crate::Contestant;
-use crate::scene::Scene;
+use crate::scene::{POINTS, Scene};
 
 pub struct Ours<'a, M, const N: usize> {
     params: [f64; N],
     scene: &'a Scene,
+    points: [Vec<f64>; 3],
+    pixels: [Vec<f64>; 2],
     model: PhantomData<M>,
 }
 
@@ -21,27 +23,26 @@ type Factor<const N: usize> =
 
 impl<'a, M: CameraModel<N>, const N: usize> Ours<'a, M, N> {
     pub fn new(params: [f64; N], scene: &'a Scene) -> Self {
-        Self { params, scene, model: PhantomData }
+        let points =
+            [0, 1, 2].map(|axis| scene.in_camera.iter().map(|point| point[axis]).collect());
+        let pixels = [0, 1].map(|axis| scene.observed.iter().map(|pixel| pixel[axis]).collect());
+        Self { params, scene, points, pixels, model: PhantomData }
     }
 
     #[inline(always)]
     fn factor_at(&self, world: &Vector3<f64>, observed: &Vector2<f64>) -> Option<Factor<N>> {
         let Scene { rotation, translation, .. } = self.scene;
         let at = M::linearize(&self.params, &(rotation * world + translation))?;
-        let wrt_world = at.wrt_point * rotation;
-        let mut wrt_pose = SMatrix::<f64, 2, 6>::zeros();
-        wrt_pose.fixed_columns_mut::<3>(0).copy_from(&wrt_world);
-        for row in 0..2 {
-            let turned = world.cross(&wrt_world.row(row).transpose());
-            wrt_pose.fixed_view_mut::<1, 3>(row, 3).copy_from(&turned.transpose());
-        }
+        let wrt_world = at.wrt_world_point(rotation);
+        let wrt_pose = at.wrt_pose(rotation, world);
         Some((at.pixel - observed, wrt_world, wrt_pose, at.wrt_params))
     }
 }
 
 impl<M: CameraModel<N>, const N: usize> Contestant for Ours<'_, M, N> {
     fn project(&self) {
-        let project = |point| M::project(&self.params, point).map_or([f64::NAN; 2], Into::into);
+        let params = self.params;
+        let project = |point| M::project(&params, point).map_or([f64::NAN; 2], Into::into);
         black_box(self.scene.in_camera.iter().map(project).collect::<Vec<[f64; 2]>>());
     }
 
@@ -58,6 +59,21 @@ impl<M: CameraModel<N>, const N: usize> Contestant for Ours<'_, M, N> {
             .iter()
             .map(|pixel| unproject(pixel).map_or([f64::NAN; 3], Into::into))
             .collect()
+    }
+
+    fn project_all(&self) {
+        let mut pixels = [(); 2].map(|()| vec![0.0; POINTS]);
+        let points = self.points.each_ref().map(Vec::as_slice);
+        self.scene.camera.project_all(points, pixels.each_mut().map(Vec::as_mut_slice)).unwrap();
+        black_box(pixels);
+    }
+
+    fn unproject_all(&self) -> Vec<[f64; 3]> {
+        let mut rays = [(); 3].map(|()| vec![0.0; POINTS]);
+        let pixels = self.pixels.each_ref().map(Vec::as_slice);
+        self.scene.camera.unproject_all(pixels, rays.each_mut().map(Vec::as_mut_slice)).unwrap();
+        let [x, y, z] = black_box(rays);
+        x.into_iter().zip(y).zip(z).map(|((x, y), z)| [x, y, z]).collect()
     }
 
     fn one_factor(&self, index: usize) -> Vec<f64> {
