@@ -148,3 +148,37 @@ fn check_names<'a>(
         Some(Which::Class(_)) | None => Ok(()),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::super::inputs::read_one;
+    use super::*;
+
+    /// Two runs of the fixtures, refined by two threads in so much memory.
+    fn refined(memory: usize) -> Vec<Result<Outcome, BundleError>> {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/renumbered");
+        let read = |name: &str| read_one(&folder.join(name), name).ok().unwrap();
+        let mut runs = vec![read("run1"), read("run2")];
+        let options = Options { memory: Some(memory), ..Options::default() };
+        let two = ThreadPoolBuilder::new().num_threads(2).build().unwrap();
+        assert_eq!(two.install(|| refine(&mut runs, &options, true)).ok(), Some(2));
+        runs.into_iter().map(|run| run.refinement.unwrap()).collect()
+    }
+
+    #[test]
+    fn a_run_that_does_not_fit_beside_others_is_refined_alone() {
+        let needed = refined(1).into_iter().map(|result| match result {
+            Err(BundleError::Memory { needed, .. }) => needed,
+            other => panic!("refused for want of memory, not {other:?}"),
+        });
+        let needed = needed.max().unwrap();
+        // Half of it each is too little, all of it is enough.
+        let alone = refined(needed);
+        let side_by_side = refined(4 * needed);
+        assert!(alone.iter().all(Result::is_ok));
+        assert_eq!(alone, side_by_side);
+        assert!(refined(needed - 1).iter().any(Result::is_err));
+    }
+}
