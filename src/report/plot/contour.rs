@@ -83,10 +83,9 @@ fn follow(joined: &mut BTreeMap<Edge, Vec<Edge>>, start: Edge) -> Vec<Edge> {
     let mut edges = vec![start];
     let mut at = start;
     while let Some(next) = joined.get_mut(&at).and_then(Vec::pop) {
-        if let Some(back) = joined.get_mut(&next) {
-            if let Some(place) = back.iter().position(|edge| *edge == at) {
-                back.swap_remove(place);
-            }
+        let back = joined.entry(next).or_default();
+        if let Some(place) = back.iter().position(|edge| *edge == at) {
+            back.swap_remove(place);
         }
         edges.push(next);
         at = next;

@@ -5,7 +5,7 @@ use super::color::{Color, GREY, INK, opaque};
 use super::columns::{Columns, PanelWidth};
 use super::drawing::{Drawing, Pinned, Point};
 use super::font::{Font, clean};
-use super::number::{short, significant};
+use super::number::significant;
 use super::page::{BODY, Page, SMALL};
 use super::plane::{BELOW, Placed, Plane};
 use super::spreads::{SpreadOf, Spreads};
@@ -99,7 +99,7 @@ fn round_below(value: f64, multiples: &[f64]) -> (f64, String) {
     let exponent = decimal_exponent(value);
     let mut round = multiples.iter().map(|times| decimal_number(*times, exponent));
     let found = round.find(|round| *round <= value).unwrap_or(value);
-    (found, short(found))
+    (found, significant(found, 1))
 }
 
 /// An arrow from here by so much; a dot where it would be shorter than its head is thick.

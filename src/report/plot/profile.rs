@@ -24,8 +24,10 @@ const EVEN: f64 = 12.0;
 /// What a spread below this share of the greatest is, no one asks; without a bound zero would have no place.
 const LEAST: f64 = 1e-4;
 
+type OfRing = fn(&Ring) -> f64;
+
 /// Which of a ring's spreads a panel shows, and under which name.
-const PANELS: [(&str, fn(&Ring) -> f64); 2] =
+const PANELS: [(&str, OfRing); 2] =
     [("as they are", |ring| ring.raw_rms_px), ("turned", |ring| ring.rms_px)];
 
 /// The figure; none without a spread.

@@ -62,6 +62,12 @@ fn analysis_of(size: [u64; 2], spreads: Vec<(&str, Spread)>) -> Analysis {
     analysis(spreads.into_iter().map(of_group).collect())
 }
 
+/// Whether a line ends where it begins, to the last bit.
+fn is_closed(line: &[[f64; 2]]) -> bool {
+    let ends = [line.first(), line.last()].map(|at| at.map(|at| at.map(f64::to_bits)));
+    ends[0] == ends[1]
+}
+
 fn of_kind(analysis: &Analysis, kind: FigureKind) -> Vec<Figure> {
     figures(analysis).unwrap().into_iter().filter(|figure| figure.kind == kind).collect()
 }
@@ -111,7 +117,7 @@ fn lines_lie_at_the_height_that_their_number_says() {
         let mut radii = Vec::new();
         for shape in &drawing.shapes {
             let Shape::Line { points, .. } = shape else { continue };
-            if points.len() > 20 && points[0] == points[points.len() - 1] {
+            if points.len() > 20 && is_closed(points) {
                 let xs = points.iter().map(|at| at[0]);
                 let (low, high) = (xs.clone().fold(f64::MAX, f64::min), xs.fold(0.0, f64::max));
                 radii.push((high - low) / 2.0 / 380.0 * 640.0);

@@ -139,15 +139,6 @@ pub fn spread_over([width, height]: [u64; 2], map: impl Fn([f64; 2]) -> Option<f
     let max_px = map_px.iter().copied().fold(0.0, f64::max);
     let rms_px = 0.7 * max_px;
     let told: Vec<usize> = (0..cells.len()).filter(|at| at % 9 == 4).collect();
-    let run = |run: &str| RunDeviation {
-        run: run.to_owned(),
-        camera_id: 1,
-        rms_px,
-        raw_rms_px: rms_px,
-        max_px,
-        max_at: [0.5, 0.5],
-        rotation_deg: 0.0,
-    };
     let measure = SpreadMeasure {
         rms_px,
         p95_px: 0.9 * max_px,
@@ -170,7 +161,7 @@ pub fn spread_over([width, height]: [u64; 2], map: impl Fn([f64; 2]) -> Option<f
         raw: measure.clone(),
         rotated: measure,
         moved: None,
-        runs: vec![run("run1"), run("odd"), run("run3")],
+        runs: ["run1", "odd", "run3"].map(|run| run_deviation(run, max_px)).to_vec(),
         set_aside: Vec::new(),
         worst: DeviationField {
             run: "odd".to_owned(),
@@ -189,5 +180,17 @@ pub fn spread_over([width, height]: [u64; 2], map: impl Fn([f64; 2]) -> Option<f
             .collect(),
         distances_px: None,
         cells,
+    }
+}
+
+fn run_deviation(run: &str, max_px: f64) -> RunDeviation {
+    RunDeviation {
+        run: run.to_owned(),
+        camera_id: 1,
+        rms_px: 0.7 * max_px,
+        raw_rms_px: 0.7 * max_px,
+        max_px,
+        max_at: [0.5, 0.5],
+        rotation_deg: 0.0,
     }
 }

@@ -13,7 +13,10 @@ pub struct Word {
 }
 
 pub fn attribute<'a>(element: &'a str, name: &str) -> &'a str {
-    let start = element.find(&format!(" {name}=\"")).unwrap() + name.len() + 3;
+    let key = format!("{name}=\"");
+    let is_whole = |start: &usize| *start == 0 || element[..*start].ends_with(' ');
+    let mut places = element.match_indices(&key).map(|(start, _)| start);
+    let start = places.find(is_whole).unwrap() + key.len();
     &element[start..][..element[start..].find('"').unwrap()]
 }
 
