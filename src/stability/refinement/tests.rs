@@ -1,3 +1,4 @@
+use super::super::spread::Region;
 use super::super::testing::{run, with_images};
 use super::super::{Analysis, FindingId, Options, RefinementOptions, Run, SampleState, analyze};
 use crate::bundle::{
@@ -7,10 +8,10 @@ use crate::camera::Model;
 use crate::least_squares::Reason;
 use crate::scene::{Camera, CameraId};
 
-/// A run of one SIMPLE_RADIAL camera that COLMAP left at f = 1000, and its refinement to these values, f and k free.
+/// A run, with an image that no other has, of one SIMPLE_RADIAL camera that COLMAP left at f = 1000, and its refinement to these values, f and k free.
 fn refined(name: &str, [f, k]: [f64; 2], covariance: Option<Covariance>) -> Run {
     let left = [1000.0, 640.0, 480.0, 0.01];
-    let run = with_images(run("g", name, &[(1, "SIMPLE_RADIAL", &left)]), &[(1, &["1.jpg"])]);
+    let run = with_images(run("g", name, &[(1, "SIMPLE_RADIAL", &left)]), &[(1, &["1.jpg", name])]);
     let before = run.scene.cameras[&CameraId(1)];
     let intrinsics = Model::named("SIMPLE_RADIAL").unwrap().with_params(&[f, 640.0, 480.0, k]);
     let after = Camera { intrinsics: intrinsics.unwrap(), ..before };
@@ -72,7 +73,12 @@ fn analysis(runs: Vec<Run>) -> Analysis {
         loss: "squared".to_owned(),
         stop: "decrement".to_owned(),
     };
-    analyze(runs, vec![], Options { refinement: Some(refinement), ..Options::default() }).unwrap()
+    analyze(
+        runs,
+        vec![],
+        Options { refinement: Some(refinement), region: Some(Region::All), ..Options::default() },
+    )
+    .unwrap()
 }
 
 fn states(analysis: &Analysis, parameter: usize) -> Vec<SampleState> {
