@@ -40,7 +40,10 @@ impl CameraModel<8> for OpenCvFisheye {
     #[inline(always)]
     fn unproject(params: &[f64; 8], pixel: &Vector2<f64>) -> Option<Vector3<f64>> {
         let [fx, fy, cx, cy, k @ ..] = *params;
-        lens::undo_equidistant(lens::unbend_radial(lens::undo_two_focals([fx, fy, cx, cy], pixel), &k)?)
+        lens::undo_equidistant(lens::unbend_radial(
+            lens::undo_two_focals([fx, fy, cx, cy], pixel),
+            &k,
+        )?)
     }
 
     #[inline(always)]
