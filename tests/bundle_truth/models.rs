@@ -151,8 +151,8 @@ fn with(name: &str, params: &[f64]) -> Camera {
 #[test]
 fn what_no_view_can_tell_is_said_not_to_be_determined() {
     // Without alpha beta is nowhere in the formula; the pixel is even in omega; six radial terms in a narrow view are too many.
-    assert_eq!(open(with("EUCM", &[500.0, 490.0, 320.0, 240.0, 0.0, 1.0]), 900), "beta +1.000");
-    assert_eq!(open(with("FOV", &[500.0, 490.0, 320.0, 240.0, 0.0]), 900), "omega +1.000");
+    assert_eq!(open(with("EUCM", &[500.0, 490.0, 320.0, 240.0, 0.0, 1.0]), 900), "beta +1");
+    assert_eq!(open(with("FOV", &[500.0, 490.0, 320.0, 240.0, 0.0]), 900), "omega +1");
     let terms = [-0.3, 0.12, 0.001, -0.002, -0.02, 0.01, -0.01, 0.002];
     let narrow = with("FULL_OPENCV", &[&[3000.0, 2990.0, 320.0, 240.0], &terms[..]].concat());
     let words = open(narrow, 40_000);
