@@ -39,12 +39,9 @@ pub fn draw(spreads: &Spreads, font: &Font) -> Option<Drawing> {
         }
         page.y = top + plane.height + BELOW + KEY_HEIGHT + PANEL_GAP;
     }
-    Some(
-        page.finish(&[
-            "Each arrow has its middle where the deviation is. Grey: where the runs are compared."
-                .to_owned(),
-        ]),
-    )
+    let key =
+        "Each arrow has its middle where the deviation is. Grey: where the runs are compared.";
+    Some(page.finish(&[&[key.to_owned()], &spreads.runs_in_words[..]].concat()))
 }
 
 fn panel(page: &mut Page, member: &SpreadOf, place: &Placed) {

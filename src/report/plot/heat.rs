@@ -36,7 +36,7 @@ pub fn draw(spreads: &Spreads, font: &Font) -> Option<Drawing> {
     for member in &spreads.members {
         group(&mut page, member, &plane, &columns.lefts, &mut notes);
     }
-    Some(page.finish(&notes.sentences()))
+    Some(page.finish(&[&notes.sentences()[..], &spreads.runs_in_words].concat()))
 }
 
 /// What is on the page and wants a word.

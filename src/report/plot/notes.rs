@@ -32,8 +32,8 @@ fn held_word(rows: &[Row]) -> &'static str {
     }
 }
 
-/// The runs of the subject's groups that are flagged or copies, and how many could not be read.
-fn suspect(subject: &Subject) -> Vec<String> {
+/// The runs of the subject's groups that are flagged or copies, and those that could not be read.
+pub fn suspect(subject: &Subject) -> Vec<String> {
     /// A longer list is for the report's text.
     const LISTED: usize = 6;
     let is_shown =

@@ -65,7 +65,7 @@ pub fn draw(spreads: &Spreads, font: &Font) -> Option<Drawing> {
         }
     }
     page.y = top + PLOT_HEIGHT + TICKS_HEIGHT + AXIS_NAME_HEIGHT + PANEL_GAP;
-    Some(page.finish(&heights.notes))
+    Some(page.finish(&[&heights.notes[..], &spreads.runs_in_words].concat()))
 }
 
 fn curve(page: &mut Page, plot: Rect, member: &SpreadOf, share: impl Fn(&Ring) -> [f64; 2]) {

@@ -109,7 +109,7 @@ fn lines_lie_at_the_height_that_their_number_says() {
     let spread = cone();
     let members =
         vec![SpreadOf { label: "a".to_owned(), style: Style::of_group(0), spread: &spread }];
-    let spreads = Spreads { camera: "c".to_owned(), size, members };
+    let spreads = Spreads { camera: "c".to_owned(), size, members, runs_in_words: Vec::new() };
     let font = Font::load().unwrap();
     let drawing = heat::draw(&spreads, &font).unwrap();
     // Lines of more than two points are contours: circles about the middle of their panel, 380 px for 640.
@@ -231,6 +231,7 @@ fn without_a_spread_or_a_deviation_there_is_no_figure_of_it() {
         camera: String::new(),
         size: [640, 480],
         members: vec![SpreadOf { label: String::new(), style: Style::of_group(0), spread }],
+        runs_in_words: Vec::new(),
     };
     let [none, some] = [times(cone(), 0.0), cone()];
     assert!(deviation::draw(&of(&none), &font).is_none());

@@ -3,6 +3,7 @@
 use super::font::{Font, clean};
 use super::labels::labels;
 use super::marker::Style;
+use super::notes::suspect;
 use super::subject::Subject;
 use crate::stability::ComparedCamera;
 use crate::stability::spread::Spread;
@@ -18,6 +19,8 @@ pub struct Spreads<'a> {
     /// Width and height of its images, in px.
     pub size: [u64; 2],
     pub members: Vec<SpreadOf<'a>>,
+    /// Which runs the figure leaves out, or are suspect.
+    pub runs_in_words: Vec<String>,
 }
 
 /// The spread of one group.
@@ -40,6 +43,7 @@ impl<'a> Spreads<'a> {
             camera: subject.words(),
             size: [subject.width, subject.height],
             members: members.filter_map(spread).collect(),
+            runs_in_words: suspect(subject),
         }
     }
 
@@ -53,16 +57,13 @@ impl<'a> Spreads<'a> {
             members: members
                 .map(|spread| SpreadOf { label: String::new(), style, spread })
                 .collect(),
+            runs_in_words: Vec::new(),
         }
     }
 
     /// The same, so many groups at a time as a page holds.
     pub fn pages(&self) -> Vec<Self> {
-        let page = |members: &[SpreadOf<'a>]| Self {
-            camera: self.camera.clone(),
-            size: self.size,
-            members: members.to_vec(),
-        };
+        let page = |members: &[SpreadOf<'a>]| Self { members: members.to_vec(), ..self.clone() };
         self.members.chunks(MOST_ON_A_PAGE).map(page).collect()
     }
 }
