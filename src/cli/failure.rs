@@ -8,6 +8,10 @@ use std::process::ExitCode;
 pub(super) enum Failure {
     /// Input or usage that makes no sense; the text says what and where.
     Input(String),
+    /// A limit was exceeded; which one was said on stdout.
+    Exceeded,
+    /// The runs cannot tell whether limits are kept; which ones was said on stdout.
+    TooLittle,
     /// stdout could not be written.
     Output(io::Error),
 }
@@ -19,13 +23,16 @@ impl From<io::Error> for Failure {
 }
 
 impl Failure {
-    /// Bad usage or input; 1 and 3 are for limits.
+    const EXCEEDED: u8 = 1;
     const BAD_INPUT: u8 = 2;
+    const TOO_LITTLE: u8 = 3;
 
     /// Says it on stderr and gives the exit code.
     pub(super) fn report(&self) -> ExitCode {
         let text = match self {
             Self::Input(text) => text.clone(),
+            Self::Exceeded => return ExitCode::from(Self::EXCEEDED),
+            Self::TooLittle => return ExitCode::from(Self::TOO_LITTLE),
             // The reader of a pipe has left, as `head` does: nobody is there to be told.
             Self::Output(error) if error.kind() == io::ErrorKind::BrokenPipe => {
                 return ExitCode::SUCCESS;

@@ -32,10 +32,12 @@ Examples:
       a binary model as text
   calibstab synth --repeats 6 --out room && calibstab analyze room
       six reconstructions of a synthetic room, each with its truth beside it, to try things on
+  calibstab check report/analysis.json --max-spread-px 0.5 --max-relative-std f=1% --verdict repeatable
+      in a CI job: exit code 1 when a camera does not keep the limits
   calibstab refine run/sparse/0 --out refined --refine all --loss cauchy:1
       adjust poses, points and all intrinsics together; outliers count less
 
-Exit codes: 0 fine; 2 bad usage or input. Results go to stdout, all else to stderr.";
+Exit codes: 0 fine; 1 a limit of `check` was exceeded; 2 bad usage or input; 3 too little data to tell. Results go to stdout, all else to stderr.";
 
 /// Print the JSON schema of analysis.json
 #[derive(Args)]

@@ -2,9 +2,11 @@
 
 mod adjustment;
 mod analyze;
+mod check;
 mod compare;
 mod convert;
 mod copy;
+mod explain;
 mod failure;
 mod grouping;
 mod help;
@@ -48,6 +50,7 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     Analyze(analyze::Analyze),
+    Check(check::Check),
     Inspect(inspect::Inspect),
     Convert(convert::Convert),
     Models(models::Models),
@@ -55,6 +58,7 @@ enum Command {
     Copy(copy::Copy),
     Synth(synth::Synth),
     Refine(refine::Refine),
+    Explain(explain::Explain),
     Schema(help::Schema),
     Completions(help::Completions),
     Man(help::Man),
@@ -83,6 +87,7 @@ impl Cli {
             .map_err(|error| Failure::Input(error.to_string()))?;
         match self.command {
             Command::Analyze(command) => command.run(out, self.quiet),
+            Command::Check(command) => command.run(out, self.quiet),
             Command::Inspect(command) => command.run(out),
             Command::Convert(command) => command.run(out, self.quiet),
             Command::Models(command) => command.run(out),
@@ -90,6 +95,7 @@ impl Cli {
             Command::Copy(command) => command.run(self.quiet),
             Command::Synth(command) => command.run(self.quiet),
             Command::Refine(command) => command.run(out, self.quiet),
+            Command::Explain(command) => command.run(out),
             Command::Schema(command) => command.run(out),
             Command::Completions(command) => command.run(out),
             Command::Man(command) => command.run(out),

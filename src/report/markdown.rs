@@ -9,14 +9,16 @@ use super::sections;
 use super::side_by_side::side_by_side;
 use super::spread::{overlap_words, parts_table, spread_table, spread_words};
 use super::table::escaped;
+use super::verdict;
 use crate::stability::Analysis;
 
 /// The analysis as Markdown, with pictures (relative path, alternative text) at the end.
 pub fn markdown(analysis: &Analysis, pictures: &[(String, String)]) -> String {
     let mut out = String::from("# Calibration stability\n");
+    out.push_str(&verdict::markdown(analysis));
     let findings = sections::findings(analysis);
     if !findings.is_empty() {
-        out.push_str("\n## Findings\n\n");
+        out.push_str("\n## Other findings\n\n");
     }
     for finding in findings {
         let _ = writeln!(out, "- {}", escaped(&finding.text));

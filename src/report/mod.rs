@@ -18,6 +18,7 @@ mod spread;
 mod spread_csv;
 mod table;
 mod terminal;
+mod verdict;
 
 pub use between_csv::{comparisons_csv, components_csv};
 pub use comparison::comparison_text;

@@ -2,6 +2,7 @@
 
 use super::number::{self, Places};
 use super::table::{Cell, Table, Tone};
+use super::verdict::is_reason;
 use crate::stability::{Analysis, Finding, FindingId, Parameter, Population, Sample, SampleState};
 
 /// What a population is, in one line.
@@ -159,10 +160,10 @@ fn state(parameter: &Parameter) -> &'static str {
     }
 }
 
-/// What must be said, most important first; equal sentences about several groups are said once.
+/// What must be said beside the verdicts, most important first; equal sentences about several groups are said once.
 pub(super) fn findings(analysis: &Analysis) -> Vec<Cell> {
     let mut said: Vec<(&Finding, Vec<&str>)> = Vec::new();
-    for finding in &analysis.findings {
+    for finding in analysis.findings.iter().filter(|finding| !is_reason(analysis, finding)) {
         let group = finding.group.as_deref();
         match said.iter_mut().find(|(one, _)| one.id == finding.id && one.text == finding.text) {
             Some((_, groups)) => groups.extend(group),
@@ -179,17 +180,23 @@ pub(super) fn findings(analysis: &Analysis) -> Vec<Cell> {
 
 fn tone(id: FindingId) -> Tone {
     match id {
-        FindingId::SkippedRun
+        FindingId::OpenDirection
+        | FindingId::NoEstimate
+        | FindingId::NotRepeated
+        | FindingId::SkippedRun
         | FindingId::DuplicateRuns
         | FindingId::BogusCamera
         | FindingId::FewImages
         | FindingId::MissingCamera
+        | FindingId::LostRuns
         | FindingId::RefinementFailed
         | FindingId::NotRefined
         | FindingId::OutlierRun
         | FindingId::Clusters
         | FindingId::SharedObservations
         | FindingId::NoSpread
+        | FindingId::SmallRegion
+        | FindingId::Fold
         | FindingId::MixedStates => Tone::Loud,
         FindingId::UnusedCamera
         | FindingId::MixedCameras

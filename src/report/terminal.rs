@@ -9,6 +9,7 @@ use super::refinement::{correlation_words, left_words};
 use super::sections;
 use super::side_by_side::side_by_side;
 use super::spread::{overlap_words, parts_table, spread_table, spread_words};
+use super::verdict;
 use crate::stability::Analysis;
 
 /// The analysis as text with ANSI styles, its tables not wider than `width` characters where that can be.
@@ -18,6 +19,7 @@ pub fn terminal(analysis: &Analysis, width: Option<usize>) -> String {
     let title = |out: &mut String, text: &str| {
         let _ = writeln!(out, "{bold}{text}{bold:#}");
     };
+    out.push_str(&verdict::terminal(analysis));
     let (tables, left_out) = sections::population_tables(analysis, width);
     for (population, table) in analysis.populations.iter().zip(tables) {
         title(&mut out, &sections::population_title(population));

@@ -1,11 +1,11 @@
 //! The result of an analysis, as plain data: everything that a report shows, and nothing about how it is shown.
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::spread::{Region, Spread};
 use super::{AsLeft, Refinement, RefinementOptions};
-use super::{Clusters, Overlap};
+use super::{Clusters, Overlap, Verdict};
 use super::{Components, GroupComparison};
 
 /// The version of the shape below; grows when a reader of older files would go wrong.
@@ -18,12 +18,12 @@ pub struct Analysis {
     pub schema_version: u32,
     /// What was analysed, by what, and how.
     pub provenance: Provenance,
+    /// Every camera of every group, by camera, model, image size and group; each begins with its verdict.
+    pub populations: Vec<Population>,
     /// Every run that was read, by group and name.
     pub runs: Vec<RunRecord>,
     /// Runs that could not be read and were skipped on request.
     pub skipped: Vec<Skipped>,
-    /// Every camera of every group, by camera, model, image size and group.
-    pub populations: Vec<Population>,
     /// Every camera that several groups have: which group is the more stable, and whether the runs can tell.
     pub comparisons: Vec<GroupComparison>,
     /// Every camera that several groups have under one model: how much of its variance comes from the groups.
@@ -130,9 +130,13 @@ pub struct Population {
     pub width: u64,
     /// Height of its images, in px.
     pub height: u64,
+    /// What to make of it, before all numbers.
+    pub verdict: Verdict,
     /// Share of the image, in cells of a grid of 60 columns, that has a ray in the mean camera: each parameter at the mean of
     /// its statistics, or of all its values where it has none. Only a mean beyond doubles has no share.
     pub ray_share: Option<f64>,
+    /// Whether the lens of the mean camera folds inside the image; none where there is no mean, or no such image.
+    pub folds: Option<bool>,
     /// Its parameters, in file order.
     pub parameters: Vec<Parameter>,
     /// How distortion went with the focal length across the runs.
@@ -181,7 +185,7 @@ pub struct Parameter {
 }
 
 /// What a parameter does: COLMAP's classes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ParameterClass {
     /// A focal length, in px (FTHETA: px/rad).
@@ -292,6 +296,12 @@ pub struct Finding {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, JsonSchema)]
 #[schemars(rename_all = "kebab-case")]
 pub enum FindingId {
+    /// The observations leave a combination of the camera's parameters open.
+    OpenDirection,
+    /// No parameter of the camera was estimated.
+    NoEstimate,
+    /// One calibration, and nothing that says how well its run determines it.
+    NotRepeated,
     /// Runs could not be read and were left out.
     SkippedRun,
     /// Runs have the same cameras to the last bit.
@@ -302,6 +312,8 @@ pub enum FindingId {
     FewImages,
     /// A run lacks a camera that others have.
     MissingCamera,
+    /// Some runs gave no calibration of a camera that they have.
+    LostRuns,
     /// Refining a run or a camera of it came to nothing: it is no sample.
     RefinementFailed,
     /// A group stays as COLMAP left it, since not all of its runs have images and points.
@@ -326,7 +338,11 @@ pub enum FindingId {
     CameraMatch,
     /// How the runs were refined, and what did not take part.
     Refinement,
-    /// Part of the image has no ray in the mean camera of the runs.
+    /// Less of the image was compared than a calibration is for.
+    SmallRegion,
+    /// The lens of the mean camera folds inside the image.
+    Fold,
+    /// Part of the image has no ray in the mean camera of the runs, as its lens ends before.
     NoRay,
     /// What so few runs can tell.
     FewRuns,
@@ -338,11 +354,15 @@ impl FindingId {
     /// Its name, as in JSON.
     pub fn name(self) -> &'static str {
         match self {
+            Self::OpenDirection => "open-direction",
+            Self::NoEstimate => "no-estimate",
+            Self::NotRepeated => "not-repeated",
             Self::SkippedRun => "skipped-run",
             Self::DuplicateRuns => "duplicate-runs",
             Self::BogusCamera => "bogus-camera",
             Self::FewImages => "few-images",
             Self::MissingCamera => "missing-camera",
+            Self::LostRuns => "lost-runs",
             Self::RefinementFailed => "refinement-failed",
             Self::NotRefined => "not-refined",
             Self::UnusedCamera => "unused-camera",
@@ -355,6 +375,8 @@ impl FindingId {
             Self::CameraPerImage => "camera-per-image",
             Self::CameraMatch => "camera-match",
             Self::Refinement => "refinement",
+            Self::SmallRegion => "small-region",
+            Self::Fold => "fold",
             Self::NoRay => "no-ray",
             Self::FewRuns => "few-runs",
             Self::Reading => "reading",
@@ -375,29 +397,7 @@ mod tests {
     #[test]
     fn the_schema_knows_findings_by_their_names() {
         let schema = serde_json::to_value(schemars::schema_for!(FindingId)).unwrap().to_string();
-        let ids = [
-            FindingId::SkippedRun,
-            FindingId::DuplicateRuns,
-            FindingId::BogusCamera,
-            FindingId::FewImages,
-            FindingId::MissingCamera,
-            FindingId::RefinementFailed,
-            FindingId::NotRefined,
-            FindingId::UnusedCamera,
-            FindingId::MixedCameras,
-            FindingId::OutlierRun,
-            FindingId::Clusters,
-            FindingId::SharedObservations,
-            FindingId::NoSpread,
-            FindingId::MixedStates,
-            FindingId::CameraPerImage,
-            FindingId::CameraMatch,
-            FindingId::Refinement,
-            FindingId::NoRay,
-            FindingId::FewRuns,
-            FindingId::Reading,
-        ];
-        for id in ids {
+        for id in FindingId::all() {
             assert!(schema.contains(&format!("\"{}\"", id.name())), "{id:?} in {schema}");
         }
     }

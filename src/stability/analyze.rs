@@ -6,7 +6,7 @@ use super::group::Group;
 use super::identity::MatchError;
 use super::populations::populations;
 use super::remarks;
-use super::{Analysis, Finding, Options, Provenance, Run, SCHEMA_VERSION, Skipped};
+use super::{Analysis, Finding, Options, Provenance, Run, RunRecord, SCHEMA_VERSION, Skipped};
 
 /// Analyses runs: how repeatable the parameters of each camera are within each group.
 pub fn analyze(
@@ -21,12 +21,12 @@ pub fn analyze(
         .chunk_by(|a, b| a.group == b.group)
         .map(|runs| Group::new(runs, &options))
         .collect::<Result<Vec<_>, _>>()?;
-    let (populations, same_cameras) = populations(&groups);
+    let (mut populations, same_cameras) = populations(&groups);
     let mut findings: Vec<Finding> = groups.iter().flat_map(Group::findings).collect();
     findings.extend(remarks::skipped(&skipped));
-    findings.extend(remarks::populations(&populations));
+    let runs: Vec<RunRecord> = groups.iter().flat_map(Group::records).collect();
+    findings.extend(remarks::populations(&mut populations, &runs));
     findings.sort_by_key(|finding| finding.id);
-    let runs = groups.iter().flat_map(Group::records).collect();
     Ok(Analysis {
         schema_version: SCHEMA_VERSION,
         provenance: Provenance { calibstab_version: env!("CARGO_PKG_VERSION").to_owned(), options },

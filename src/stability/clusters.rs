@@ -4,9 +4,9 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 /// Fewer runs cannot show that one is out of line.
-const FEWEST: usize = 5;
+pub(super) const FEWEST: usize = 5;
 /// A gap that no one would see in the image is none.
-const LEAST_GAP_PX: f64 = 0.1;
+pub(super) const LEAST_GAP_PX: f64 = 0.1;
 
 /// The runs of a population that disagree by more than chance, in parts.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
@@ -43,7 +43,7 @@ pub struct PartParameter {
 
 /// A gap between two parts of n normal samples is this many median distances within the parts in less than one case of a
 /// hundred, even when the samples differ along one direction only (simulated; in more directions it is smaller still).
-fn least_ratio(n: usize) -> f64 {
+pub(super) fn least_ratio(n: usize) -> f64 {
     (60.0 / n as f64).max(2.5)
 }
 

@@ -20,6 +20,14 @@ pub(super) fn fill_std_px(
     Some(seen_count as f64 / grid.cell_count() as f64)
 }
 
+/// Whether the lens of the mean camera folds inside the image; none where there is no mean camera, or no such image.
+pub(super) fn folds(model: &Model, size: [u64; 2], parameters: &[Parameter]) -> Option<bool> {
+    /// Every pixel of its border is looked at: a file may say what no sensor has.
+    const MOST_PX: u64 = 1 << 17;
+    let side = |side: u64| u32::try_from(side).ok().filter(|_| side <= MOST_PX);
+    Some(mean_camera(model, parameters)?.folds_inside(side(size[0])?, side(size[1])?))
+}
+
 /// Each parameter at the mean that its statistics are about; without statistics, held or lone, at the mean of what there is.
 fn mean_camera(model: &Model, parameters: &[Parameter]) -> Option<Intrinsics> {
     let mean = |parameter: &Parameter| match &parameter.statistics {
@@ -181,9 +189,9 @@ mod tests {
         assert!(inside < grid.cell_count(), "the lens does not fold inside the image");
         let share = inside as f64 / grid.cell_count() as f64;
         assert_near(analysis.populations[0].ray_share, share);
-        let said = analysis.findings.iter().find(|finding| finding.id == FindingId::NoRay).unwrap();
-        let percent = format!("{:.2} % of the image of camera 1", 100.0 * (1.0 - share));
-        assert!(said.text.starts_with(&percent), "{}", said.text);
+        let said = analysis.findings.iter().find(|finding| finding.id == FindingId::Fold).unwrap();
+        let percent = format!("{:.2} % of it has no ray", 100.0 * (1.0 - share));
+        assert!(said.text.contains(&percent), "{}", said.text);
     }
 
     #[test]

@@ -10,6 +10,7 @@ mod compare;
 mod components;
 mod deviations;
 mod disagreement;
+mod explain;
 mod group;
 mod identity;
 mod image_effect;
@@ -26,6 +27,7 @@ pub mod spread;
 mod summary;
 #[cfg(test)]
 mod testing;
+mod verdict;
 mod view;
 
 pub use analysis::*;
@@ -34,9 +36,11 @@ pub use between::{GroupComparison, PairTest, ParameterTest, RankedGroup, TestMet
 pub use clusters::{Clusters, Part, PartParameter};
 pub use compare::{CompareError, ComparedCamera, Comparison, ToReference, compare};
 pub use components::{Components, ImageComponents, ParameterComponents, VarianceComponents};
+pub use explain::Explanation;
 pub use identity::MatchError;
 pub use overlap::Overlap;
 pub use refinement::{
     Adjustment, AsLeft, LeftSpread, RefinedCamera, Refinement, RefinementOptions, Stopped,
 };
 pub use run::Run;
+pub use verdict::{Reason, Verdict, VerdictKind};

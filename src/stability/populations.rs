@@ -7,13 +7,13 @@ use rayon::prelude::*;
 use super::between::SameCamera;
 use super::disagreement::{Background, Disagreement, correlations, disagreement, left_spread};
 use super::group::Group;
-use super::image_effect::fill_std_px;
+use super::image_effect::{fill_std_px, folds};
 use super::physical::{CameraOfGroup, labels, physical_cameras, with_sharers};
 use super::refinement::predicted_correlations;
 use super::run::CameraInRun;
 use super::spread::SpreadError;
 use super::summary::{Place, compensation, parameters};
-use super::{AsLeft, Population, Run};
+use super::{AsLeft, Population, Run, Verdict};
 use crate::camera::Model;
 
 /// The populations, and which of them are calibrations of one camera.
@@ -118,7 +118,10 @@ fn of_places(
         model: model.name.to_owned(),
         width: size[0],
         height: size[1],
+        // Said when all findings are known.
+        verdict: Verdict::default(),
         ray_share,
+        folds: folds(model, size, &parameters),
         compensation: compensation(&parameters),
         correlations: correlations(&parameters),
         predicted_correlations: predicted_correlations(model, &sampled),

@@ -5,11 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::disagreement::remarks as disagreements;
 use super::run::CameraInRun;
 use super::screen::Screened;
-use super::{Finding, FindingId, Parameter, Population, Run, SampleState, Skipped};
-use crate::stats::std_interval_factors;
-
-/// Below this many runs a box plot and most tests say nothing.
-const FEW_RUNS: usize = 5;
+use super::verdict::{basis, verdict};
+use super::{Finding, FindingId, Population, Run, RunRecord, SampleState, Skipped};
 
 pub(super) fn of_group(id: FindingId, group: &str, text: String) -> Finding {
     Finding { id, group: Some(group.to_owned()), camera: None, runs: Vec::new(), text }
@@ -85,21 +82,31 @@ pub(super) fn camera_per_image(group: &str, cameras: &[CameraInRun]) -> Option<F
     is_per_image.then(|| of_group(FindingId::CameraPerImage, group, text.to_owned()))
 }
 
-/// What the populations show: cameras of several kinds, missing cameras, parameters held now and then, few runs.
-pub(super) fn populations(populations: &[Population]) -> Vec<Finding> {
+/// What the populations show; each is given its verdict from what there is to say of it.
+pub(super) fn populations(populations: &mut [Population], runs: &[RunRecord]) -> Vec<Finding> {
     let mut findings = Vec::new();
+    for one in populations.iter_mut() {
+        let own = of_population(one, runs);
+        one.verdict = verdict(one, &own);
+        findings.extend(own);
+    }
     let mut groups: BTreeMap<&str, Vec<&Population>> = BTreeMap::new();
-    for one in populations {
+    for one in &*populations {
         groups.entry(&one.group).or_default().push(one);
-        findings.extend(mixed_states(one));
-        findings.extend(disagreements::of_population(one));
     }
     for (group, populations) in &groups {
         findings.extend(missing(group, populations));
         findings.extend(without_ray(group, populations));
-        findings.extend(few_runs(group, populations));
     }
     findings.extend(mixed_cameras(populations));
+    findings
+}
+
+/// What there is to say of one population. `FindingId::at_best` says which of these kinds bear on its verdict.
+fn of_population(one: &Population, runs: &[RunRecord]) -> Vec<Finding> {
+    let mut findings = mixed_states(one);
+    findings.extend(disagreements::of_population(one));
+    findings.extend(basis::of_population(one, runs));
     findings
 }
 
@@ -151,10 +158,12 @@ fn missing(group: &str, populations: &[&Population]) -> Option<Finding> {
 
 /// Cameras whose std in px leaves a part of the image out.
 fn without_ray(group: &str, populations: &[&Population]) -> Option<Finding> {
-    let has_statistics = |one: &&&Population| one.parameters.iter().any(|p| p.statistics.is_some());
+    let is_meant = |one: &&&Population| {
+        one.folds != Some(true) && one.parameters.iter().any(|p| p.statistics.is_some())
+    };
     let mut cameras: Vec<String> = populations
         .iter()
-        .filter(has_statistics)
+        .filter(is_meant)
         .filter_map(|one| {
             let left_out = one.ray_share.map(|share| 100.0 * (1.0 - share)).filter(|&p| p > 0.0)?;
             Some(format!("{left_out:.2} % of the image of {}, {}", one.camera, one.model))
@@ -215,42 +224,4 @@ fn mixed_cameras(populations: &[Population]) -> Vec<Finding> {
         of_camera(FindingId::MixedCameras, kinds[0], Vec::new(), text)
     };
     kinds.values().filter(|kinds| kinds.len() > 1).map(finding).collect()
-}
-
-/// What the group's runs can tell, when they are few.
-fn few_runs(group: &str, populations: &[&Population]) -> Option<Finding> {
-    let is_estimate = |state| matches!(state, SampleState::Estimated | SampleState::Unknown);
-    let counts = populations.iter().filter_map(|one| {
-        let of_parameter =
-            |p: &Parameter| p.samples.iter().filter(|s| is_estimate(s.state)).count();
-        one.parameters.iter().map(of_parameter).max()
-    });
-    let (least, most) = (counts.clone().min()?, counts.max()?);
-    let text = if least < FEW_RUNS && FEW_RUNS <= most {
-        format!(
-            "not all of its cameras have {most} runs, some only {least}: look at n before comparing their std"
-        )
-    } else {
-        few_runs_text(most)?
-    };
-    Some(of_group(FindingId::FewRuns, group, text))
-}
-
-fn few_runs_text(n: usize) -> Option<String> {
-    match n {
-        0 => Some("no parameter was estimated: there is no spread to speak of".to_owned()),
-        1 => Some(format!(
-            "one run shows no spread: repeat the reconstruction with other seeds or other images, at least {FEW_RUNS} times, \
-             and give all runs together"
-        )),
-        n if n < FEW_RUNS => {
-            let [low, high] = std_interval_factors(n, 0.95)?;
-            let [low_10, high_10] = std_interval_factors(10, 0.95)?;
-            Some(format!(
-                "{n} runs tell little: the true std may be anything from {low:.2} to {high:.2} times the one shown (95 %); \
-                 with 10 runs it would be {low_10:.2} to {high_10:.2} times"
-            ))
-        }
-        _ => None,
-    }
 }

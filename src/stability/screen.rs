@@ -8,7 +8,7 @@ use crate::scene::{Camera, Scene};
 use crate::stats::Sorted;
 
 /// A run that registered less than this share of its group's median of images is suspect.
-const FEW_IMAGES: f64 = 0.6;
+pub(super) const FEW_IMAGES: f64 = 0.6;
 
 /// What is suspect about one run.
 #[derive(Debug, Default)]

@@ -16,7 +16,7 @@ mod variance_tests;
 
 pub use correlation::pearson;
 pub use one_way::{OneWay, one_way};
-pub use repeats::Repeats;
+pub use repeats::{Repeats, degrees_of_distances};
 pub use sorted::{BoxPlot, Sorted};
 pub use spread_interval::{std_interval_factors, std_interval_factors_of_degrees};
 pub use variance_tests::{

@@ -122,6 +122,24 @@ pub(super) fn independent_columns(residuals: &[Vec<f64>]) -> f64 {
     if square > 0.0 { trace * trace / square } else { 1.0 }
 }
 
+/// Degrees of freedom of the std of repeats of which only the distances from each to each are known: (n - 1) (tr W)^2 / tr W^2
+/// again, W found from the squares of the distances less the means of their rows and columns (Torgerson 1952).
+pub fn degrees_of_distances(distances: &[Vec<f64>]) -> f64 {
+    let n = distances.len() as f64;
+    let row_means: Vec<f64> =
+        distances.iter().map(|row| row.iter().map(|d| d * d).sum::<f64>() / n).collect();
+    let mean = row_means.iter().sum::<f64>() / n;
+    let (mut trace, mut square) = (0.0, 0.0);
+    for (row, (of_row, row_mean)) in distances.iter().zip(&row_means).enumerate() {
+        for (column, (distance, column_mean)) in of_row.iter().zip(&row_means).enumerate() {
+            let product = 0.5 * (row_mean + column_mean - mean - distance * distance);
+            square += product * product;
+            trace += if row == column { product } else { 0.0 };
+        }
+    }
+    (n - 1.0) * if square > 0.0 { trace * trace / square } else { 1.0 }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -144,6 +162,20 @@ mod tests {
         let apart = Repeats::new(corners.map(Vec::from).to_vec()).unwrap();
         assert!((apart.degrees() - 9.0).abs() < 1e-12, "{}", apart.degrees());
         assert!((apart.std() - 2.0).abs() < 1e-12, "{}", apart.std());
+    }
+
+    #[test]
+    fn distances_alone_tell_the_degrees() {
+        let rows = [[0.1, 3.0, 1.0], [0.7, 2.9, 1.5], [-0.3, 3.1, 0.2], [0.1, 2.0, 0.9]];
+        let distance = |a: &[f64; 3], b: &[f64; 3]| {
+            a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
+        };
+        let distances: Vec<Vec<f64>> =
+            rows.iter().map(|a| rows.iter().map(|b| distance(a, b)).collect()).collect();
+        let want = Repeats::new(rows.map(Vec::from).to_vec()).unwrap().degrees();
+        assert!(want > 3.5, "{want}: the columns would count as one");
+        assert!((degrees_of_distances(&distances) / want - 1.0).abs() < 1e-13);
+        assert!((degrees_of_distances(&vec![vec![0.0; 3]; 3]) - 2.0).abs() < 1e-15);
     }
 
     #[test]

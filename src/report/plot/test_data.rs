@@ -3,7 +3,7 @@
 use crate::stability::spread::{DeviationField, Region, Ring, RunDeviation, Spread, SpreadMeasure};
 use crate::stability::{
     Analysis, Compensation, Correlations, Options, Parameter, ParameterClass, Population,
-    Provenance, SCHEMA_VERSION, Sample, SampleState, Statistics,
+    Provenance, SCHEMA_VERSION, Sample, SampleState, Statistics, Verdict,
 };
 use crate::stats::{BoxPlot, Sorted, pearson};
 
@@ -82,7 +82,9 @@ pub fn population(
         model,
         width: 752,
         height: 480,
+        verdict: Verdict::default(),
         ray_share: Some(1.0),
+        folds: Some(false),
         parameters,
         compensation,
         correlations: Correlations::default(),
@@ -159,6 +161,8 @@ pub fn spread_over([width, height]: [u64; 2], map: impl Fn([f64; 2]) -> Option<f
         masked_cells: Vec::new(),
         observation_counts: None,
         raw: measure.clone(),
+        degrees: 2.0,
+        rotated_interval_95: [0.52, 6.3].map(|factor| factor * rms_px),
         rotated: measure,
         moved: None,
         runs: ["run1", "odd", "run3"].map(|run| run_deviation(run, max_px)).to_vec(),

@@ -2,13 +2,17 @@
 
 use super::super::overlap::MOST_SHARED;
 use super::super::remarks::{listed, of_camera};
+use super::super::verdict::calibration_count;
 use super::super::{Finding, FindingId, Part, Population};
 
 /// Everything that a population's disagreement calls for.
 pub(in crate::stability) fn of_population(one: &Population) -> Vec<Finding> {
     let mut findings = Vec::new();
-    if let Some(reason) = &one.without_spread {
-        let text = format!("{} has no spread in px: {reason}", one.camera);
+    if one.spread.is_none() && calibration_count(one) > 1 {
+        let reason = one.without_spread.as_deref();
+        let reason =
+            reason.unwrap_or("fewer than two of its calibrations have rays where the others have");
+        let text = format!("{}: no spread in px: {reason}", one.camera);
         findings.push(of_camera(FindingId::NoSpread, one, Vec::new(), text));
     }
     findings.extend(set_aside(one));
@@ -56,7 +60,7 @@ fn parts(one: &Population) -> Vec<Finding> {
         });
         let gap = basins.iter().filter_map(|part| part.gap_px).fold(f64::INFINITY, f64::min);
         let text = format!(
-            "{} settled in {} places at least {gap:.2} px apart: {}; one mean describes none of them",
+            "{}: its runs settled in {} places at least {gap:.2} px apart: {}; one mean describes none of them",
             one.camera,
             basins.len(),
             told.collect::<Vec<_>>().join(" and "),

@@ -18,6 +18,7 @@ pub(in crate::stability) use difference::difference_of_rays;
 pub use difference::{Difference, DifferenceMeasure, difference};
 pub(super) use fields::aligned_deviations;
 use rays::{Deviations, deviations, turned_start, unturned_start};
+pub(super) use region::MOST_WITHOUT_RAY;
 pub use region::Region;
 use region::mask;
 pub(super) use region::{observation_counts, observed_cells};
@@ -26,7 +27,7 @@ use summary::{distances, radial_profile, rms, spread_measure};
 
 use crate::camera::{Grid, Intrinsics};
 use crate::scene::Camera;
-use crate::stats::Sorted;
+use crate::stats::{Sorted, degrees_of_distances, std_interval_factors_of_degrees};
 
 /// One calibration among those that are compared.
 #[derive(Debug, Clone)]
@@ -284,6 +285,9 @@ impl Found {
         let by_content = distances(&self.rotated.px, count);
         let distances: Vec<Vec<f64>> =
             given.iter().map(|&a| given.iter().map(|&b| by_content[a][b]).collect()).collect();
+        let degrees = degrees_of_distances(&by_content);
+        let factors =
+            std_interval_factors_of_degrees(degrees, 0.95).ok_or(SpreadError::NothingInCommon)?;
         /// A matrix of more is no figure that anyone reads.
         const MOST_DISTANCES: usize = 50;
         let spread = Spread {
@@ -301,6 +305,8 @@ impl Found {
             cells: chosen.cells,
             masked_cells: chosen.masked_cells,
             observation_counts,
+            rotated_interval_95: factors.map(|factor| factor * rotated.rms_px),
+            degrees,
             raw,
             rotated,
             moved,

@@ -114,7 +114,7 @@ pub fn observed_cells(grid: &Grid, counts: &[usize]) -> Vec<bool> {
 
 /// A lens without a ray in more than this share of the cells where most have one is set aside: else one strange run would
 /// decide where the others are looked at.
-const MOST_WITHOUT_RAY: f64 = 0.1;
+pub(in crate::stability) const MOST_WITHOUT_RAY: f64 = 0.1;
 
 /// Which lenses and which cells are compared.
 #[derive(Debug, Clone, PartialEq)]

@@ -30,6 +30,10 @@ pub struct Spread {
     pub raw: SpreadMeasure,
     /// Each turned onto the others, as the poses of a reconstruction would absorb it.
     pub rotated: SpreadMeasure,
+    /// Degrees of freedom of that: n - 1 times the independent columns of the deviations (Box 1954).
+    pub degrees: f64,
+    /// 95 % confidence interval of its RMS in px (chi-square: normal samples).
+    pub rotated_interval_95: [f64; 2],
     /// Each turned and moved onto the others; only where points tell how far away the scene was.
     pub moved: Option<MovedSpread>,
     /// Every calibration that was compared, rotation-aligned.
