@@ -96,7 +96,7 @@ mod tests {
 
     fn verdict(kind: VerdictKind, ids: &[FindingId]) -> Verdict {
         let reason = |id: &FindingId| Reason { id: *id, text: format!("why_{}", id.name()) };
-        let (spread_px, spread_interval_95) = (Some(0.6931), Some([0.43, 1.72]));
+        let (spread_px, spread_interval_95) = (Some(0.6913), Some([0.43, 1.72]));
         Verdict {
             kind,
             n: 6,

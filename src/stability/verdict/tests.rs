@@ -139,12 +139,13 @@ fn what_runs_share_is_allowed_for_in_spread_and_interval() {
     }
 }
 
-#[test]
-fn each_cause_alone_gives_its_verdict() {
+type Change = fn(&mut Case);
+
+/// How many runs, what is changed about them, and what the verdict must be.
+fn causes() -> [(usize, Change, VerdictKind, &'static [FindingId]); 19] {
     use FindingId::*;
     use VerdictKind::*;
-    type Change = fn(&mut Case);
-    let causes: [(usize, Change, VerdictKind, &[FindingId]); 19] = [
+    [
         (6, |_| (), Repeatable, &[]),
         (5, |_| (), Repeatable, &[]),
         (4, |_| (), Doubtful, &[FewRuns]),
@@ -195,9 +196,13 @@ fn each_cause_alone_gives_its_verdict() {
             Doubtful,
             &[DuplicateRuns, FewRuns],
         ),
-    ];
+    ]
+}
+
+#[test]
+fn each_cause_alone_gives_its_verdict() {
     let mut seen: Vec<FindingId> = Vec::new();
-    for (index, (count, change, kind, want)) in causes.into_iter().enumerate() {
+    for (index, (count, change, kind, want)) in causes().into_iter().enumerate() {
         let verdict = with(count, change);
         assert_eq!(
             (verdict.kind, ids(&verdict)),
@@ -207,7 +212,7 @@ fn each_cause_alone_gives_its_verdict() {
         assert!(verdict.reasons.iter().all(|reason| !reason.text.starts_with("camera 1")));
         seen.extend(want);
     }
-    let weighs = |id: &FindingId| id.at_best() > Repeatable;
+    let weighs = |id: &FindingId| id.at_best() > VerdictKind::Repeatable;
     let untested: Vec<FindingId> =
         FindingId::all().filter(weighs).filter(|id| !seen.contains(id)).collect();
     assert_eq!(untested, [], "kinds of finding that bear on a verdict and are in no case");
