@@ -134,13 +134,14 @@ impl Match {
 
 type CsvTable = fn(&Analysis) -> csv::Result<Vec<u8>>;
 
-const CSV_TABLES: [(&str, CsvTable); 7] = [
+const CSV_TABLES: [(&str, CsvTable); 8] = [
     ("comparisons.csv", report::comparisons_csv),
     ("components.csv", report::components_csv),
     ("runs.csv", report::runs_csv),
     ("samples.csv", report::samples_csv),
     ("statistics.csv", report::statistics_csv),
     ("spread.csv", report::spread_csv),
+    ("prediction.csv", report::prediction_csv),
     ("run_deviations.csv", report::run_deviations_csv),
 ];
 

@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use super::between;
+use super::prediction::{birge_words, direction_words, predicted_words};
 use super::refinement::{adjustments_table, correlation_table, left_words};
 use super::run_rows;
 use super::sections;
@@ -39,7 +40,8 @@ pub fn markdown(analysis: &Analysis, pictures: &[(String, String)]) -> String {
             let words = escaped(&spread_words(spread));
             let _ = write!(out, "\n{}\n{words}.\n", spread_table(spread).markdown());
         }
-        for words in [left_words, overlap_words].iter().filter_map(|words| words(population)) {
+        let more = [left_words, overlap_words, predicted_words, birge_words, direction_words];
+        for words in more.iter().filter_map(|words| words(population)) {
             let _ = write!(out, "\n{}.\n", escaped(&words));
         }
         if let Some(correlations) = correlation_table(population) {

@@ -193,6 +193,7 @@ fn tone(id: FindingId) -> Tone {
         | FindingId::NotRefined
         | FindingId::OutlierRun
         | FindingId::Clusters
+        | FindingId::Birge
         | FindingId::SharedObservations
         | FindingId::NoSpread
         | FindingId::SmallRegion

@@ -5,6 +5,7 @@ use std::fmt::Write;
 use anstyle::Style;
 
 use super::between;
+use super::prediction::{birge_words, direction_words, predicted_words};
 use super::refinement::{correlation_words, left_words};
 use super::sections;
 use super::side_by_side::side_by_side;
@@ -28,7 +29,14 @@ pub fn terminal(analysis: &Analysis, width: Option<usize>) -> String {
             let _ = write!(out, "\n{}", spread_table(spread).text());
             let _ = writeln!(out, "{}.", spread_words(spread));
         }
-        let more = [left_words, correlation_words, overlap_words];
+        let more = [
+            left_words,
+            correlation_words,
+            overlap_words,
+            predicted_words,
+            birge_words,
+            direction_words,
+        ];
         for words in more.iter().filter_map(|words| words(population)) {
             let _ = writeln!(out, "{words}.");
         }

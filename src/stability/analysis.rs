@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::spread::{Region, Spread};
 use super::{AsLeft, Refinement, RefinementOptions};
 use super::{Clusters, Overlap, Verdict};
-use super::{Components, GroupComparison};
+use super::{Components, GroupComparison, Prediction};
 
 /// The version of the shape below; grows when a reader of older files would go wrong.
 pub const SCHEMA_VERSION: u32 = 1;
@@ -146,6 +146,8 @@ pub struct Population {
     /// How the adjustments say that parameters go with each other: by the mean of their covariances. None unless the population is
     /// refined and each of its samples has a covariance of the same parameters.
     pub predicted_correlations: Option<Correlations>,
+    /// What the adjustments say of the spread; none where none has a covariance.
+    pub prediction: Option<Prediction>,
     /// How far the calibrations disagree in the image; none with fewer than two.
     pub spread: Option<Spread>,
     /// Why two calibrations or more have no spread.
@@ -326,6 +328,8 @@ pub enum FindingId {
     OutlierRun,
     /// The runs fall into parts that disagree by more than chance.
     Clusters,
+    /// The runs differ by more than their adjustments predict.
+    Birge,
     /// The runs share nearly all of their observations.
     SharedObservations,
     /// Two calibrations or more could not be compared in the image.
@@ -369,6 +373,7 @@ impl FindingId {
             Self::MixedCameras => "mixed-cameras",
             Self::OutlierRun => "outlier-run",
             Self::Clusters => "clusters",
+            Self::Birge => "birge",
             Self::SharedObservations => "shared-observations",
             Self::NoSpread => "no-spread",
             Self::MixedStates => "mixed-states",

@@ -3,6 +3,7 @@
 use super::FindingId;
 use super::clusters::{FEWEST, LEAST_GAP_PX, least_ratio};
 use super::overlap::MOST_SHARED;
+use super::prediction::remarks::MOST_BIRGE;
 use super::screen::FEW_IMAGES;
 use super::spread::MOST_WITHOUT_RAY;
 use super::verdict::basis::{FEW_RUNS, LEAST_REGION, OPEN_IN_SHARE};
@@ -41,6 +42,7 @@ fn with_thresholds(text: &str) -> String {
         ("{LEAST_REGION}", percent(LEAST_REGION)),
         ("{OPEN_IN_SHARE}", percent(OPEN_IN_SHARE)),
         ("{MOST_SHARED}", percent(MOST_SHARED)),
+        ("{MOST_BIRGE}", MOST_BIRGE.to_string()),
         ("{FEW_IMAGES}", percent(FEW_IMAGES)),
         ("{MOST_WITHOUT_RAY}", percent(MOST_WITHOUT_RAY)),
         ("{FEWEST}", FEWEST.to_string()),
@@ -70,7 +72,7 @@ const _: () = {
     assert!(at == FindingId::Reading as usize + 1);
 };
 
-const TEXTS: [Texts; 26] = [
+const TEXTS: [Texts; 27] = [
     Texts {
         id: FindingId::OpenDirection,
         short: "the observations leave a combination of parameters open",
@@ -202,6 +204,18 @@ const TEXTS: [Texts; 26] = [
         found: "As for outlier-run, with two runs or more on both sides of the gap; from {FEWEST} runs on. Statistics of each \
             part are in the report.",
         advice: "Find out what the runs of one part have in common; group them by it (--group-by).",
+    },
+    Texts {
+        id: FindingId::Birge,
+        short: "the runs differ by more than their adjustments predict",
+        meaning: "Each adjustment says how well its observations determine the camera, if keypoints err by chance alone. The runs \
+            differ by more than that: something else changes between them, such as wrong matches, a lens model that is wrong in \
+            another way for every scene, or a camera that was touched. A small ratio clears nothing: what is wrong in all runs \
+            alike does not show in it.",
+        found: "The Birge ratio, the root of the squared differences from the weighted mean in units of what the covariances \
+            allow, corrected for the observations that runs share, is above {MOST_BIRGE}.",
+        advice: "Rely on the spread and not on the stds of an adjustment. Look for the run that is furthest off, filter matches \
+            more strictly, or try a lens model with another term.",
     },
     Texts {
         id: FindingId::SharedObservations,

@@ -19,6 +19,7 @@ mod overlap;
 mod partition;
 mod physical;
 mod populations;
+mod prediction;
 mod refinement;
 mod remarks;
 mod run;
@@ -39,6 +40,7 @@ pub use components::{Components, ImageComponents, ParameterComponents, VarianceC
 pub use explain::Explanation;
 pub use identity::MatchError;
 pub use overlap::Overlap;
+pub use prediction::{Consistency, Direction, PredictedSpread, Prediction, Ratio, RunPrediction};
 pub use refinement::{
     Adjustment, AsLeft, LeftSpread, RefinedCamera, Refinement, RefinementOptions, Stopped,
 };

@@ -9,6 +9,7 @@ use super::disagreement::{Background, Disagreement, correlations, disagreement, 
 use super::group::Group;
 use super::image_effect::{fill_std_px, folds};
 use super::physical::{CameraOfGroup, labels, physical_cameras, with_sharers};
+use super::prediction::{Beside, prediction};
 use super::refinement::predicted_correlations;
 use super::run::CameraInRun;
 use super::spread::SpreadError;
@@ -112,6 +113,14 @@ fn of_places(
         .iter()
         .filter_map(|(_, camera)| camera.filter(|camera| camera.calibration().is_some()))
         .collect();
+    let with_runs: Vec<(&Run, &CameraInRun)> = places
+        .iter()
+        .filter_map(|(run, camera)| Some((*run, camera.filter(|one| one.calibration().is_some())?)))
+        .collect();
+    let view = with_runs.first().and_then(|(run, camera)| background.view(run, camera.id));
+    let (overlap_known, region) = (overlap.as_ref(), background.region);
+    let beside = Beside { spread: spread.as_ref(), overlap: overlap_known, view, region };
+    let prediction = prediction(&with_runs, &beside);
     Population {
         group: group.to_owned(),
         camera: camera.to_owned(),
@@ -126,6 +135,7 @@ fn of_places(
         correlations: correlations(&parameters),
         predicted_correlations: predicted_correlations(model, &sampled),
         parameters,
+        prediction,
         spread,
         without_spread,
         clusters,

@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::disagreement::remarks as disagreements;
+use super::prediction::remarks as prediction;
 use super::run::CameraInRun;
 use super::screen::Screened;
 use super::verdict::{basis, verdict};
@@ -106,6 +107,7 @@ pub(super) fn populations(populations: &mut [Population], runs: &[RunRecord]) ->
 fn of_population(one: &Population, runs: &[RunRecord]) -> Vec<Finding> {
     let mut findings = mixed_states(one);
     findings.extend(disagreements::of_population(one));
+    findings.extend(prediction::of_population(one));
     findings.extend(basis::of_population(one, runs));
     findings
 }

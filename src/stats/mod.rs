@@ -2,6 +2,7 @@
 //!
 //! Knows nothing of cameras or runs.
 
+mod chi_square;
 mod correlation;
 mod fisher;
 #[cfg(test)]
@@ -14,6 +15,7 @@ mod spread_interval;
 mod testing;
 mod variance_tests;
 
+pub use chi_square::chi_square_tail;
 pub use correlation::pearson;
 pub use one_way::{OneWay, one_way};
 pub use repeats::{Repeats, degrees_of_distances};

@@ -10,6 +10,7 @@ use super::legend::{Sample, legend};
 use super::marker::{Style, dashed};
 use super::page::{BODY, Page, SMALL};
 use super::spreads::{SpreadOf, Spreads};
+use crate::stability::PredictedSpread;
 use crate::stability::spread::Ring;
 
 const PLOT_WIDTHS: [f64; 2] = [380.0, 380.0];
@@ -28,7 +29,10 @@ type OfRing = fn(&Ring) -> f64;
 
 /// Which of a ring's spreads a panel shows, and under which name.
 const PANELS: [(&str, OfRing); 2] =
-    [("as they are", |ring| ring.raw_rms_px), ("turned", |ring| ring.rms_px)];
+    [("as they are", |ring| ring.raw_rms_px), (TURNED, |ring| ring.rms_px)];
+const TURNED: &str = "turned";
+
+const BAND: &str = "Thin line: what the adjustments predict of the turned spread. Band: where 95 % of such groups of runs would lie.";
 
 /// The figure; none without a spread.
 pub fn draw(spreads: &Spreads, font: &Font) -> Option<Drawing> {
@@ -58,6 +62,10 @@ pub fn draw(spreads: &Spreads, font: &Font) -> Option<Drawing> {
         let below = plot.bottom + TICKS_HEIGHT + 0.5 * AXIS_NAME_HEIGHT;
         let at = [0.5 * (left + right), below];
         page.drawing.text("distance from the centre [px]", at, Pinned::Center, SMALL, GREY);
+        for (member, predicted) in with_prediction(spreads).filter(|_| name == TURNED) {
+            let share = |radius, px| [radii.share(radius), heights.share(px)];
+            band(&mut page, plot, member, predicted, share);
+        }
         for member in &spreads.members {
             curve(&mut page, plot, member, |ring| {
                 [radii.share(ring.radius_px), heights.share(value(ring))]
@@ -65,7 +73,41 @@ pub fn draw(spreads: &Spreads, font: &Font) -> Option<Drawing> {
         }
     }
     page.y = top + PLOT_HEIGHT + TICKS_HEIGHT + AXIS_NAME_HEIGHT + PANEL_GAP;
-    Some(page.finish(&[&heights.notes[..], &spreads.runs_in_words].concat()))
+    let band = with_prediction(spreads).next().map(|_| BAND.to_owned());
+    let band: Vec<String> = band.into_iter().collect();
+    Some(page.finish(&[&band[..], &heights.notes, &spreads.runs_in_words].concat()))
+}
+
+/// The members whose adjustments predict a spread in the rings.
+fn with_prediction<'a>(
+    spreads: &'a Spreads,
+) -> impl Iterator<Item = (&'a SpreadOf<'a>, &'a PredictedSpread)> {
+    let known = |member: &'a SpreadOf| Some((member, member.predicted?));
+    let is_drawn = |(_, predicted): &(_, &PredictedSpread)| predicted.radial_px.len() > 1;
+    spreads.members.iter().filter_map(known).filter(is_drawn)
+}
+
+/// The predicted spread, and how far that of so many runs may lie from it.
+fn band(
+    page: &mut Page,
+    plot: Rect,
+    member: &SpreadOf,
+    predicted: &PredictedSpread,
+    share: impl Fn(f64, f64) -> [f64; 2],
+) {
+    let line = |factor: f64| -> Vec<Point> {
+        let rings = member.spread.radial_profile.iter().zip(&predicted.radial_px);
+        let point = |(ring, px): (&Ring, &f64)| {
+            let [x, y] = share(ring.radius_px, factor * px);
+            let [x, y] = [x, y.clamp(0.0, 1.0)];
+            [plot.left + x * (plot.right - plot.left), plot.bottom - y * (plot.bottom - plot.top)]
+        };
+        rings.map(point).collect()
+    };
+    let [low, high] = predicted.band_95.map(line);
+    let around: Vec<Point> = low.into_iter().chain(high.into_iter().rev()).collect();
+    page.drawing.area(&around, member.style.color.faded(0.12));
+    page.drawing.line(&line(1.0), member.style.color, 0.8);
 }
 
 fn curve(page: &mut Page, plot: Rect, member: &SpreadOf, share: impl Fn(&Ring) -> [f64; 2]) {
@@ -93,8 +135,10 @@ struct Heights {
 impl Heights {
     fn of(spreads: &Spreads) -> Option<Self> {
         let tallest_of = |member: &SpreadOf| -> [f64; 2] {
+            let predicted = member.predicted.iter().flat_map(|predicted| &predicted.radial_px);
+            let predicted = predicted.copied().fold(0.0, f64::max);
             PANELS.map(|(_, value)| {
-                member.spread.radial_profile.iter().map(value).fold(0.0, f64::max)
+                member.spread.radial_profile.iter().map(value).fold(predicted, f64::max)
             })
         };
         let tallest: Vec<f64> = spreads.members.iter().flat_map(tallest_of).collect();

@@ -1,6 +1,6 @@
 //! Focal length against distortion: where the two compensate, the points lie on a slope.
 
-use crate::stability::{Compensation, Parameter};
+use crate::stability::{Compensation, Correlations, Parameter, Population};
 
 use super::axis::{Axis, Side};
 use super::color::{GREY, INK};
@@ -45,6 +45,15 @@ struct Cell<'a> {
     compensation: &'a Compensation,
     /// Run, focal length and distortion of every run that has both.
     pairs: Vec<(&'a str, Point)>,
+    /// Where the adjustments expect the runs; none where they do not say.
+    expected: Option<Expected>,
+}
+
+/// Two parameters by the mean covariance of the adjustments, about their mean.
+struct Expected {
+    mean: Point,
+    std: Point,
+    correlation: f64,
 }
 
 /// The figure; none without a pair of parameters that vary.
@@ -76,6 +85,9 @@ pub fn draw(subject: &Subject, font: &Font) -> Option<Drawing> {
         page.y = top + height + TICKS_HEIGHT + AXIS_NAME_HEIGHT + PANEL_GAP;
     }
     let mut below = vec!["r: Pearson's correlation over all n runs that have both.".to_owned()];
+    if panels.iter().flat_map(|panel| &panel.cells).any(|cell| cell.expected.is_some()) {
+        below.push("Ellipse: where the adjustments expect 95 % of the runs.".to_owned());
+    }
     below.extend(listed(&beyond));
     below.extend(notes(subject, &rows));
     Some(page.finish(&below))
@@ -142,7 +154,9 @@ impl<'a> Panel<'a> {
                 };
                 let compensation = known.population.compensation.iter().find(is_this)?;
                 let pairs = pairs(of(focal, member)?, of(distortion, member)?);
-                (!pairs.is_empty()).then_some(Cell { member, compensation, pairs })
+                let both = [of(focal, member)?, of(distortion, member)?];
+                let expected = expected(known.population, both);
+                (!pairs.is_empty()).then_some(Cell { member, compensation, pairs, expected })
             })
             .collect();
         let values = |axis: usize| {
@@ -170,11 +184,40 @@ impl<'a> Panel<'a> {
         page.drawing.text(&name, [0.5 * (left + right), name_at], Pinned::Center, BODY, INK);
         for cell in &self.cells {
             let style = subject.members[cell.member].style;
+            if let Some(expected) = &cell.expected {
+                self.ellipse(page, plot, expected, &style);
+            }
             for &(_, at) in &cell.pairs {
                 self.point(page, plot, at, &style, cell.pairs.len());
             }
         }
         self.table(page, subject, plot);
+    }
+
+    /// Where 95 % of normal runs lie; as far as it is within the axes.
+    fn ellipse(&self, page: &mut Page, plot: Rect, expected: &Expected, style: &Style) {
+        const STEPS: u32 = 120;
+        /// Root of the 95 % quantile of chi-square with 2 degrees, -2 ln 0.05.
+        const RADIUS: f64 = 2.447_746_830_680_816;
+        let Expected { mean, std, correlation } = expected;
+        let rest = (1.0 - correlation * correlation).max(0.0).sqrt();
+        let at = |step: u32| {
+            let turn = std::f64::consts::TAU * f64::from(step) / f64::from(STEPS);
+            let [along, across] = [turn.cos(), correlation * turn.cos() + rest * turn.sin()];
+            let focal = mean[0] + RADIUS * std[0] * along;
+            let distortion = mean[1] + RADIUS * std[1] * across;
+            let (x, y) = (self.x.share(focal), self.y.share(distortion));
+            let is_within = direction(self.x.side(focal), self.y.side(distortion)).is_none();
+            is_within.then(|| {
+                let x = plot.left + x * (plot.right - plot.left);
+                [x, plot.bottom - y * (plot.bottom - plot.top)]
+            })
+        };
+        let points: Vec<Option<Point>> = (0..=STEPS).map(at).collect();
+        for part in points.split(Option::is_none).filter(|part| part.len() > 1) {
+            let part: Vec<Point> = part.iter().flatten().copied().collect();
+            page.drawing.line(&part, style.color.faded(0.7), 0.9);
+        }
     }
 
     fn point(
@@ -251,6 +294,17 @@ impl<'a> Panel<'a> {
 fn pairs<'a>(focal: &'a Parameter, distortion: &'a Parameter) -> Vec<(&'a str, Point)> {
     let both = focal.samples.iter().zip(&distortion.samples);
     both.filter_map(|(x, y)| Some((x.run.as_str(), [drawn(x)?, drawn(y)?]))).collect()
+}
+
+/// What the adjustments of a population say of two of its parameters.
+fn expected(population: &Population, both: [&Parameter; 2]) -> Option<Expected> {
+    let Correlations { parameters, matrix } = population.predicted_correlations.as_ref()?;
+    let place = |one: &Parameter| parameters.iter().position(|name| *name == one.name);
+    let correlation = matrix[place(both[0])?][place(both[1])?]?;
+    let mean = |one: &Parameter| Some(one.statistics.as_ref()?.mean);
+    let [x, y] = both;
+    let std = [x.predicted_std?, y.predicted_std?];
+    Some(Expected { mean: [mean(x)?, mean(y)?], std, correlation })
 }
 
 /// The way to a point beyond the axes; none within.

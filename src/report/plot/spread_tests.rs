@@ -107,8 +107,12 @@ fn words_stay_on_the_page_and_off_each_other_and_no_number_is_missing() {
 fn lines_lie_at_the_height_that_their_number_says() {
     let size = [640, 480];
     let spread = cone();
-    let members =
-        vec![SpreadOf { label: "a".to_owned(), style: Style::of_group(0), spread: &spread }];
+    let members = vec![SpreadOf {
+        label: "a".to_owned(),
+        style: Style::of_group(0),
+        spread: &spread,
+        predicted: None,
+    }];
     let spreads = Spreads { camera: "c".to_owned(), size, members, runs_in_words: Vec::new() };
     let font = Font::load().unwrap();
     let drawing = heat::draw(&spreads, &font).unwrap();
@@ -230,7 +234,12 @@ fn without_a_spread_or_a_deviation_there_is_no_figure_of_it() {
     let of = |spread| Spreads {
         camera: String::new(),
         size: [640, 480],
-        members: vec![SpreadOf { label: String::new(), style: Style::of_group(0), spread }],
+        members: vec![SpreadOf {
+            label: String::new(),
+            style: Style::of_group(0),
+            spread,
+            predicted: None,
+        }],
         runs_in_words: Vec::new(),
     };
     let [none, some] = [times(cone(), 0.0), cone()];

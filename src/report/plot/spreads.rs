@@ -5,8 +5,8 @@ use super::labels::labels;
 use super::marker::Style;
 use super::notes::suspect;
 use super::subject::Subject;
-use crate::stability::ComparedCamera;
 use crate::stability::spread::Spread;
+use crate::stability::{ComparedCamera, PredictedSpread};
 
 /// A page with more groups than this would be taller than anyone scrolls; they go on in another figure.
 const MOST_ON_A_PAGE: usize = 4;
@@ -30,6 +30,8 @@ pub struct SpreadOf<'a> {
     pub label: String,
     pub style: Style,
     pub spread: &'a Spread,
+    /// What the adjustments predict of it.
+    pub predicted: Option<&'a PredictedSpread>,
 }
 
 impl<'a> Spreads<'a> {
@@ -37,7 +39,9 @@ impl<'a> Spreads<'a> {
         let members = subject.members.iter().zip(labels(subject, font));
         let spread = |(member, label): (&super::subject::Member<'a>, String)| {
             let spread = member.population.spread.as_ref()?;
-            Some(SpreadOf { label, style: member.style, spread })
+            let prediction = member.population.prediction.as_ref();
+            let predicted = prediction.and_then(|prediction| prediction.spread.as_ref());
+            Some(SpreadOf { label, style: member.style, spread, predicted })
         };
         Self {
             camera: subject.words(),
@@ -55,7 +59,7 @@ impl<'a> Spreads<'a> {
             camera: format!("{}, {width} × {height} px", clean(&camera.camera)),
             size: [*width, *height],
             members: members
-                .map(|spread| SpreadOf { label: String::new(), style, spread })
+                .map(|spread| SpreadOf { label: String::new(), style, spread, predicted: None })
                 .collect(),
             runs_in_words: Vec::new(),
         }

@@ -88,6 +88,7 @@ pub fn population(
         parameters,
         compensation,
         correlations: Correlations::default(),
+        prediction: None,
         spread: None,
         without_spread: None,
         clusters: None,

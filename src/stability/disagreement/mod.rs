@@ -23,6 +23,14 @@ pub(super) struct Background<'a> {
     pub region: Option<Region>,
 }
 
+impl Background<'_> {
+    /// What this camera of this run observed.
+    pub(super) fn view<'b>(&'b self, run: &'b Run, camera: CameraId) -> Option<&'b View> {
+        let views: &BTreeMap<(&'b str, CameraId), View> = self.views;
+        views.get(&(run.name.as_str(), camera))
+    }
+}
+
 /// What one population shows.
 pub(super) struct Disagreement {
     pub spread: Option<Spread>,

@@ -3,6 +3,8 @@
 mod apply;
 pub(super) mod remarks;
 #[cfg(test)]
+pub(super) mod testing;
+#[cfg(test)]
 mod tests;
 
 pub(super) use apply::{Origin, predicted_correlations, refined};

@@ -22,8 +22,10 @@ pub(super) use region::MOST_WITHOUT_RAY;
 pub use region::Region;
 use region::mask;
 pub(super) use region::{observation_counts, observed_cells};
+pub(super) use shape::in_single_precision;
 pub use shape::*;
-use summary::{distances, radial_profile, rms, spread_measure};
+use summary::{distances, radial_profile, spread_measure};
+pub(super) use summary::{radial_rms, rms};
 
 use crate::camera::{Grid, Intrinsics};
 use crate::scene::Camera;

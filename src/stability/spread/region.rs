@@ -67,7 +67,7 @@ impl JsonSchema for Region {
 
 impl Region {
     /// The cells of the region, in order. `observed` says of each run that has images which cells it observed.
-    pub(super) fn cells(self, grid: &Grid, observed: &[&[bool]]) -> Vec<usize> {
+    pub(in crate::stability) fn cells(self, grid: &Grid, observed: &[&[bool]]) -> Vec<usize> {
         let [columns, rows] = [grid.columns(), grid.rows()];
         let is_central = |share: f64, index: usize, count: usize| {
             let from_centre = (2 * index + 1).abs_diff(count) as f64 / count as f64;

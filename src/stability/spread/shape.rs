@@ -152,7 +152,10 @@ pub struct Ring {
 }
 
 /// Maps are most of an analysis, and no one reads more of a cell than seven digits.
-fn in_single_precision<S: Serializer>(map: &[f64], serializer: S) -> Result<S::Ok, S::Error> {
+pub(in crate::stability) fn in_single_precision<S: Serializer>(
+    map: &[f64],
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
     serializer.collect_seq(map.iter().copied().map(single))
 }
 

@@ -3,7 +3,7 @@
 use nalgebra::Vector2;
 
 use super::rays::Deviations;
-use super::shape::{Ring, SpreadMeasure};
+use super::shape::{Ring, Spread, SpreadMeasure};
 use crate::camera::Grid;
 use crate::stats::Sorted;
 
@@ -42,7 +42,7 @@ pub(super) fn spread_measure(
     })
 }
 
-pub(super) fn rms(values: &[f64]) -> f64 {
+pub(in crate::stability) fn rms(values: &[f64]) -> f64 {
     (values.iter().map(|value| value * value).sum::<f64>() / values.len() as f64).sqrt()
 }
 
@@ -71,25 +71,48 @@ fn median(mut values: Vec<f64>) -> f64 {
 /// Maps, raw and rotation-aligned, by distance from the image's centre; rings without a cell are left out.
 pub(super) fn radial_profile(
     grid: &Grid,
-    [width, height]: [u64; 2],
+    size: [u64; 2],
     cells: &[usize],
     [raw_px, rotated_px]: [&[f64]; 2],
 ) -> Vec<Ring> {
+    let ring = |(radius_px, of_ring): (f64, Vec<usize>)| Ring {
+        radius_px,
+        cell_count: of_ring.len(),
+        raw_rms_px: rms_of(raw_px, &of_ring),
+        rms_px: rms_of(rotated_px, &of_ring),
+    };
+    rings(grid, size, cells).map(ring).collect()
+}
+
+/// The same of another map over the cells of a spread: RMS of each ring.
+pub(in crate::stability) fn radial_rms(
+    spread: &Spread,
+    [width, height]: [u64; 2],
+    map_px: &[f64],
+) -> Vec<f64> {
+    let grid = Grid::new(width, height);
+    rings(&grid, [width, height], &spread.cells).map(|(_, cells)| rms_of(map_px, &cells)).collect()
+}
+
+fn rms_of(map: &[f64], cells: &[usize]) -> f64 {
+    rms(&cells.iter().map(|&at| map[at]).collect::<Vec<f64>>())
+}
+
+/// The rings that have a cell: the middle of each, and the places of its cells among all.
+fn rings(
+    grid: &Grid,
+    [width, height]: [u64; 2],
+    cells: &[usize],
+) -> impl Iterator<Item = (f64, Vec<usize>)> {
     let centre = Vector2::new(width as f64, height as f64) / 2.0;
     let step = centre.norm() / RINGS as f64;
-    let ring = |index: usize| {
+    (0..RINGS).filter_map(move |index| {
         let radii = index as f64 * step..(index + 1) as f64 * step;
         let is_in = |at: &usize| radii.contains(&(grid.pixel(cells[*at]) - centre).norm());
         let of_ring: Vec<usize> = (0..cells.len()).filter(is_in).collect();
-        let rms_of = |map: &[f64]| rms(&of_ring.iter().map(|&at| map[at]).collect::<Vec<f64>>());
-        (!of_ring.is_empty()).then(|| Ring {
-            radius_px: (index as f64 + 0.5) * step,
-            cell_count: of_ring.len(),
-            raw_rms_px: rms_of(raw_px),
-            rms_px: rms_of(rotated_px),
-        })
-    };
-    (0..RINGS).filter_map(ring).collect()
+        let middle = (index as f64 + 0.5) * step;
+        (!of_ring.is_empty()).then_some((middle, of_ring))
+    })
 }
 
 /// RMS distance between the deviations of any two lenses. For many of them, over so many cells evenly as do for it.

@@ -75,6 +75,7 @@ impl FindingId {
             | Self::LostRuns
             | Self::OutlierRun
             | Self::Clusters
+            | Self::Birge
             | Self::SharedObservations
             | Self::NoSpread
             | Self::SmallRegion

@@ -1,0 +1,247 @@
+//! What adjustments predict of the spread, beside what many repeats of synthetic rooms show; and what no ratio can see.
+//!
+//! `CALIBSTAB_GROUPS` groups of four runs; 400 in `scripts/verify`.
+
+// Helpers of tests, which the allowance for tests in clippy.toml does not reach.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+use calibstab::bundle::{self, Options};
+use calibstab::camera::Model;
+use calibstab::scene::{Camera, CameraId, Keypoint, Keypoints, Scene};
+use calibstab::stability::{self, Population, Run};
+use calibstab::synth;
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+const GROUP: u32 = 4;
+
+fn group_count() -> u32 {
+    match std::env::var("CALIBSTAB_GROUPS") {
+        Ok(count) => count.parse().expect("CALIBSTAB_GROUPS is a number"),
+        Err(_) => 40,
+    }
+}
+
+/// A room in which f, distortion and all else are well determined, with the noise of this run.
+fn room(seed: u64, run: u32) -> Scene {
+    let model = Model::named("OPENCV").unwrap();
+    let lens = [600.0, 598.0, 320.0, 240.0, -0.2, 0.06, 5e-4, -3e-4];
+    let intrinsics = model.with_params(&lens).unwrap();
+    let options = synth::Options {
+        cameras: vec![Camera { intrinsics, width: 640, height: 480 }],
+        image_count: 14,
+        point_count: 300,
+        most_per_image: 90,
+        noise_px: 0.5,
+        start_off: 0.0,
+        seed,
+        run,
+        own_views: false,
+        ..synth::Options::default()
+    };
+    synth::make(&options).unwrap().run
+}
+
+/// The run, adjusted, with its covariance multiplied by what a fault makes of it.
+fn refined(name: u32, scene: Scene, fault: fn(&bundle::Outcome) -> f64) -> Run {
+    let mut adjusted = bundle::adjust(scene.clone(), &Options::default(), &mut |_| ()).unwrap();
+    let factor = fault(&adjusted.outcome);
+    let covariance = adjusted.outcome.covariance.as_mut().unwrap();
+    let values = covariance.matrix.as_mut().unwrap().iter_mut().flatten();
+    values.for_each(|value| *value *= factor);
+    Run {
+        group: String::new(),
+        name: format!("run{name:04}"),
+        files: vec![],
+        remarks: vec![],
+        scene,
+        refinement: Some(Ok(adjusted.outcome)),
+    }
+}
+
+fn population(runs: Vec<Run>) -> Population {
+    let analysis = stability::analyze(runs, vec![], stability::Options::default()).unwrap();
+    assert_eq!(analysis.populations.len(), 1);
+    analysis.populations.into_iter().next().unwrap()
+}
+
+fn no_fault(_: &bundle::Outcome) -> f64 {
+    1.0
+}
+
+/// Groups of four runs of one room.
+fn groups(count: u32, fault: fn(&bundle::Outcome) -> f64) -> Vec<Population> {
+    let group = |group: u32| {
+        let runs = group * GROUP..(group + 1) * GROUP;
+        population(runs.map(|run| refined(run, room(1, run), fault)).collect())
+    };
+    (0..count).map(group).collect()
+}
+
+/// Observed squares over predicted ones of all groups, and the 99.99 % interval of that ratio: chi-square weighted by the squares
+/// of the directions, with the degrees of its first two moments.
+fn ratio(groups: &[Population], observed: fn(&Population) -> f64) -> (f64, [f64; 2]) {
+    let predicted =
+        |one: &Population| one.prediction.as_ref().unwrap().spread.as_ref().unwrap().rms_px.powi(2);
+    let sum: f64 = groups.iter().map(|one| observed(one).powi(2)).sum();
+    let ratio = sum / groups.iter().map(predicted).sum::<f64>();
+    let directions = &groups[0].prediction.as_ref().unwrap().directions;
+    let squares: Vec<f64> = directions.iter().map(|one| one.moves_px.powi(2)).collect();
+    let square_sum: f64 = squares.iter().sum();
+    let concentration = square_sum.powi(2) / squares.iter().map(|s| s * s).sum::<f64>();
+    let degrees = f64::from(GROUP - 1) * groups.len() as f64 * concentration;
+    let law = ChiSquared::new(degrees).unwrap();
+    (ratio, [5e-5, 1.0 - 5e-5].map(|p| law.inverse_cdf(p) / degrees))
+}
+
+fn turned(one: &Population) -> f64 {
+    one.spread.as_ref().unwrap().rotated.rms_px
+}
+
+/// Kolmogorov and Smirnov's distance of the p-values of T from even ones, as a multiple of what 1 in 1000 exceeds.
+fn unevenness(groups: &[Population]) -> f64 {
+    let p = |one: &Population| one.prediction.as_ref()?.consistency.as_ref().map(|c| c.found.p);
+    let mut p: Vec<f64> = groups.iter().map(|one| p(one).unwrap()).collect();
+    p.sort_by(f64::total_cmp);
+    let n = p.len() as f64;
+    let steps = p.iter().enumerate();
+    let distance = steps
+        .map(|(at, p)| (p - at as f64 / n).abs().max(((at + 1) as f64 / n - p).abs()))
+        .fold(0.0, f64::max);
+    distance * n.sqrt() / (-(0.001_f64 / 2.0).ln() / 2.0).sqrt()
+}
+
+fn is_inside(ratio: f64, [low, high]: [f64; 2]) -> bool {
+    low < ratio && ratio < high
+}
+
+#[test]
+fn independent_noise_spreads_as_predicted_and_planted_faults_are_found_out() {
+    let count = group_count();
+    let sound = groups(count, no_fault);
+    let (found, interval) = ratio(&sound, turned);
+    let uneven = unevenness(&sound);
+    eprintln!(
+        "{count} groups: observed / predicted {found:.4} in {interval:.4?}, unevenness {uneven:.2}"
+    );
+    assert!(is_inside(found, interval), "{found} {interval:?}");
+    assert!(count < 400 || (found - 1.0).abs() < 0.05, "{found}");
+    assert!(uneven < 1.0, "{uneven}");
+
+    // Sigma for unit noise.
+    let fewer = count.min(60);
+    let without_sigma = groups(fewer, |outcome| outcome.sigma_px.unwrap().powi(-2));
+    let (found, interval) = ratio(&without_sigma, turned);
+    assert!(!is_inside(found, interval) && unevenness(&without_sigma) > 1.0, "{found}");
+    // Degrees of freedom without those that the points take.
+    let without_points = groups(fewer, |outcome| {
+        let residuals = 2.0 * outcome.observations as f64;
+        let rank = outcome.rank as f64;
+        (residuals - rank) / (residuals - rank + 3.0 * outcome.points as f64)
+    });
+    let (found, interval) = ratio(&without_points, turned);
+    assert!(!is_inside(found, interval) && unevenness(&without_points) > 1.0, "{found}");
+    // The rotation that poses absorb left in.
+    let (found, interval) = ratio(&sound, |one| one.spread.as_ref().unwrap().raw.rms_px);
+    assert!(!is_inside(found, interval), "{found} {interval:?}");
+}
+
+/// Moves the keypoints of some images, by the number of the image and of the keypoint.
+fn with_keypoints(scene: &mut Scene, place: impl Fn(usize, usize, [f64; 2]) -> [f64; 2]) {
+    let images = scene.geometry.as_mut().unwrap().images.values_mut();
+    for (number, image) in images.enumerate() {
+        let mut moved = Keypoints::default();
+        for (at, keypoint) in image.keypoints.iter().enumerate() {
+            moved.push(Keypoint { xy: place(number, at, keypoint.xy), ..keypoint });
+        }
+        image.keypoints = moved;
+    }
+}
+
+#[test]
+fn what_runs_share_is_corrected_for() {
+    let shared = room(1, 1_000_000);
+    let keypoints: Vec<Vec<[f64; 2]>> = shared
+        .geometry
+        .iter()
+        .flat_map(|geometry| geometry.images.values())
+        .map(|image| image.keypoints.iter().map(|keypoint| keypoint.xy).collect())
+        .collect();
+    // Every second image is the same in all runs of a group.
+    let group =
+        |group: u32| {
+            let runs =
+                (group * GROUP..(group + 1) * GROUP).map(|run| {
+                    let mut scene = room(1, run);
+                    with_keypoints(&mut scene, |image, at, own| {
+                        if image % 2 == 0 { keypoints[image][at] } else { own }
+                    });
+                    refined(run, scene, no_fault)
+                });
+            population(runs.collect())
+        };
+    let found: Vec<Population> = (0..group_count().min(100)).map(group).collect();
+    let overlap = found[0].overlap.as_ref().unwrap();
+    assert!((overlap.shared_fraction - 0.5).abs() < 0.05, "{overlap:?}");
+    let corrected = |one: &Population| one.overlap.as_ref().unwrap().independent_rms_px.unwrap();
+    let (as_found, _) = ratio(&found, turned);
+    // What is shared carries half of the information, about: images are not all worth the same.
+    let (ratio, interval) = ratio(&found, corrected);
+    eprintln!("as found {as_found:.3}, corrected {ratio:.3} in {interval:.3?}");
+    assert!(is_inside(ratio, [0.9 * interval[0], 1.1 * interval[1]]), "{ratio} {interval:?}");
+    assert!(as_found < 0.75, "{as_found}");
+}
+
+/// The Birge ratio of so many runs.
+fn birge(runs: impl Iterator<Item = Run>) -> f64 {
+    let found = population(runs.collect());
+    found.prediction.unwrap().consistency.unwrap().found.birge
+}
+
+/// Whether the ratio says nothing.
+fn is_silent(birge: f64) -> bool {
+    0.75 < birge && birge < 1.15
+}
+
+fn replace_camera(scene: &mut Scene, model: &str, params: &[f64]) {
+    let intrinsics = Model::named(model).unwrap().with_params(params).unwrap();
+    scene.cameras.get_mut(&CameraId(1)).unwrap().intrinsics = intrinsics;
+}
+
+#[test]
+fn what_is_wrong_in_all_runs_alike_does_not_show_in_the_ratio() {
+    let runs = 0..group_count().min(60);
+    let held_off = birge(runs.clone().map(|run| {
+        let mut scene = room(1, run);
+        let lens = [600.0, 598.0, 330.0, 240.0, -0.2, 0.06, 5e-4, -3e-4];
+        replace_camera(&mut scene, "OPENCV", &lens);
+        refined(run, scene, no_fault)
+    }));
+    let outliers = birge(runs.clone().map(|run| {
+        let mut scene = room(1, run);
+        // One keypoint of 25 is off by 5 px, in a direction that differs.
+        let seed = 7919 * (run as usize + 1);
+        with_keypoints(&mut scene, |image, at, [x, y]| {
+            let hash = (image * 613 + at * 31 + seed) % 25;
+            let turn = ((image * 13 + at * 7 + seed) % 360) as f64;
+            let off = if hash == 0 { 5.0 } else { 0.0 };
+            [x + off * turn.cos(), y + off * turn.sin()]
+        });
+        refined(run, scene, no_fault)
+    }));
+    let wrong_order = birge(runs.clone().map(|run| {
+        let mut scene = room(1, run);
+        replace_camera(&mut scene, "SIMPLE_RADIAL", &[600.0, 320.0, 240.0, -0.15]);
+        refined(run, scene, no_fault)
+    }));
+    eprintln!("held 10 px off {held_off:.3}, outliers {outliers:.3}, wrong order {wrong_order:.3}");
+    for birge in [held_off, outliers, wrong_order] {
+        assert!(is_silent(birge), "{birge}");
+    }
+    let other_scenes = birge(runs.map(|run| {
+        let mut scene = room(u64::from(run) + 1, run);
+        replace_camera(&mut scene, "SIMPLE_RADIAL", &[600.0, 320.0, 240.0, -0.15]);
+        refined(run, scene, no_fault)
+    }));
+    eprintln!("wrong order, another scene for each run: {other_scenes:.3}");
+    assert!(other_scenes > 1.5, "{other_scenes}");
+}
