@@ -3,7 +3,7 @@
 //! `CALIBSTAB_GROUPS` groups of four runs; 400 in `scripts/verify`.
 
 // Helpers of tests, which the allowance for tests in clippy.toml does not reach.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::print_stderr)]
 
 use calibstab::bundle::{self, Options};
 use calibstab::camera::Model;
