@@ -137,3 +137,28 @@ fn a_region_that_does_not_exist_is_a_usage_error() {
     let output = calibstab(&["analyze", "fixtures/thesis/opencv_camera1", "--region", "center:7"]);
     assert_eq!(output.status.code(), Some(2));
 }
+
+#[test]
+fn the_plots_of_a_comparison_are_those_that_are_listed_and_name_the_run_that_is_off() {
+    let folder = TempDir::new().unwrap();
+    let out = folder.path().to_str().unwrap();
+    let output = calibstab(&[&["compare", "--out", out], &RUNS[..]].concat());
+    let remarks = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.success() && remarks.contains("7 files written to"), "{remarks}");
+    let plots = fs::read_dir(folder.path().join("plots")).unwrap();
+    let mut names: Vec<String> =
+        plots.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    let kinds = ["deviation", "profile", "spread"];
+    let want = kinds.map(|kind| ["png", "svg"].map(|end| format!("-{kind}.{end}")));
+    assert_eq!(names.len(), 6, "{names:?}");
+    for (name, end) in names.iter().zip(want.concat()) {
+        assert!(name.ends_with(&end), "{name}, not {end}");
+        let bytes = fs::read(folder.path().join("plots").join(name)).unwrap();
+        let start: &[u8] = if end.ends_with("png") { b"\x89PNG\r\n" } else { b"<svg" };
+        assert!(bytes.starts_with(start), "{name}");
+    }
+    // Of three, run 3 is furthest off (17.6 px of spread with it, 1.3 px without).
+    let deviation = fs::read_to_string(folder.path().join("plots").join(&names[1])).unwrap();
+    assert!(deviation.contains("run3") && !deviation.contains("run1"), "{deviation}");
+}
