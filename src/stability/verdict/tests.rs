@@ -6,7 +6,8 @@ use super::super::remarks;
 use super::super::spread::SetAside;
 use super::super::testing::simple_radial;
 use super::super::{
-    Adjustment, Options, RefinedCamera, Refinement, RunRecord, SampleState, Stopped, analyze,
+    Adjustment, Consistency, Options, Prediction, Ratio, RefinedCamera, Refinement, RunRecord,
+    SampleState, Stopped, analyze,
 };
 use super::*;
 
@@ -60,6 +61,22 @@ fn overlap(shared_fraction: f64, independent_factor: Option<f64>) -> Overlap {
         images_per_run: 4.0,
         jackknife_factor: None,
     }
+}
+
+/// Runs that differ by so much, as found and corrected.
+fn with_birge(found: f64, independent: Option<f64>) -> Prediction {
+    let ratio = |birge: f64| Ratio { statistic: 10.0 * birge * birge, p: 1e-4, birge };
+    let consistency = Consistency {
+        n: 6,
+        parameters: vec!["f".to_owned(), "k".to_owned()],
+        weighted_mean: vec![1000.0, 0.01],
+        weighted_mean_std: vec![1.0, 0.01],
+        degrees: 10,
+        found: ratio(found),
+        independent: independent.map(ratio),
+    };
+    let consistency = Some(consistency);
+    Prediction { spread: None, consistency, parameters: Vec::new(), directions: Vec::new() }
 }
 
 fn parts(sizes: [usize; 2]) -> Clusters {
@@ -142,7 +159,7 @@ fn what_runs_share_is_allowed_for_in_spread_and_interval() {
 type Change = fn(&mut Case);
 
 /// How many runs, what is changed about them, and what the verdict must be.
-fn causes() -> [(usize, Change, VerdictKind, &'static [FindingId]); 19] {
+fn causes() -> [(usize, Change, VerdictKind, &'static [FindingId]); 21] {
     use FindingId::*;
     use VerdictKind::*;
     [
@@ -156,6 +173,8 @@ fn causes() -> [(usize, Change, VerdictKind, &'static [FindingId]); 19] {
         (6, |c| c.one.spread.as_mut().unwrap().cell_share = 0.59, Doubtful, &[SmallRegion]),
         (6, |c| c.one.folds = Some(true), Doubtful, &[Fold]),
         (6, |c| c.one.overlap = Some(overlap(0.95, None)), Doubtful, &[SharedObservations]),
+        (6, |c| c.one.prediction = Some(with_birge(1.51, None)), Doubtful, &[Birge]),
+        (6, |c| c.one.prediction = Some(with_birge(1.2, Some(1.49))), Repeatable, &[]),
         (6, |c| c.one.clusters = Some(parts([4, 2])), Doubtful, &[Clusters]),
         (6, |c| c.one.clusters = Some(parts([5, 1])), Doubtful, &[OutlierRun]),
         (
