@@ -1,7 +1,7 @@
 //! What the adjustments predict, in sentences.
 
 use super::number;
-use crate::stability::{Consistency, Direction, Parameter, ParameterClass, Population};
+use crate::stability::{Consistency, Direction, MOST_BIRGE, Parameter, ParameterClass, Population};
 
 /// A parameter that takes less part in a direction than this share of its std is not named.
 const LEAST_PART: f64 = 0.3;
@@ -20,7 +20,8 @@ pub(super) fn predicted_words(population: &Population) -> Option<String> {
         "The adjustments predict a spread of {px} px, turned; it is {} times that",
         number::computed(ratio)
     );
-    if let Some(ratio) = predicted.independent_ratio {
+    let corrected = predicted.independent_ratio.filter(|other| is_another(*other, ratio));
+    if let Some(ratio) = corrected {
         words.push_str(&format!(", of independent runs {} times", number::computed(ratio)));
     }
     Some(words)
@@ -37,20 +38,31 @@ pub(super) fn birge_words(population: &Population) -> Option<String> {
         probability(found.p)
     );
     let told = independent.unwrap_or(*found);
-    if let Some(ratio) = independent {
+    if let Some(ratio) = independent.filter(|other| is_another(other.birge, found.birge)) {
         let p = probability(ratio.p);
         words
             .push_str(&format!(", corrected for what the runs share {:.2} (p = {p})", ratio.birge));
     }
-    words.push_str(match told.birge > 1.5 {
+    words.push_str(match told.birge > MOST_BIRGE {
         true => ": more varies between the runs than the noise of their keypoints",
         false => ": no sign of more than noise, and none of being right: what is wrong in all runs alike does not show in it",
     });
     Some(words)
 }
 
+/// Whether a number is worth being told beside another one.
+fn is_another(value: f64, beside: f64) -> bool {
+    (value / beside - 1.0).abs() > 0.005
+}
+
 fn probability(p: f64) -> String {
-    if p < 1e-3 { format!("{p:.0e}") } else { format!("{p:.3}") }
+    if p < 1e-99 {
+        "less than 1e-99".to_owned()
+    } else if p < 1e-3 {
+        format!("{p:.0e}")
+    } else {
+        format!("{p:.3}")
+    }
 }
 
 /// What the mean covariance leaves most and least visible in the image.

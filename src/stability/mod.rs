@@ -40,6 +40,7 @@ pub use components::{Components, ImageComponents, ParameterComponents, VarianceC
 pub use explain::Explanation;
 pub use identity::MatchError;
 pub use overlap::Overlap;
+pub use prediction::remarks::MOST_BIRGE;
 pub use prediction::{Consistency, Direction, PredictedSpread, Prediction, Ratio, RunPrediction};
 pub use refinement::{
     Adjustment, AsLeft, LeftSpread, RefinedCamera, Refinement, RefinementOptions, Stopped,

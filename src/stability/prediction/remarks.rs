@@ -4,7 +4,7 @@ use super::super::remarks::of_camera;
 use super::super::{Finding, FindingId, Population};
 
 /// A Birge ratio above this convicts (DESIGN section 6).
-pub(in crate::stability) const MOST_BIRGE: f64 = 1.5;
+pub const MOST_BIRGE: f64 = 1.5;
 
 /// Runs that differ by more than their covariances allow.
 pub(in crate::stability) fn of_population(population: &Population) -> Option<Finding> {
@@ -14,9 +14,9 @@ pub(in crate::stability) fn of_population(population: &Population) -> Option<Fin
         None => (consistency.found, ""),
     };
     let text = format!(
-        "{}: the runs differ {:.1} times as much as their adjustments predict (Birge ratio{corrected}; p = {:.1e} on {} degrees): \
+        "{}: the runs differ {:.1} times as much as their adjustments predict (Birge ratio{corrected}; T on {} degrees): \
          more than the noise of the keypoints varies between them",
-        population.camera, ratio.birge, ratio.p, consistency.degrees
+        population.camera, ratio.birge, consistency.degrees
     );
     (ratio.birge > MOST_BIRGE).then(|| of_camera(FindingId::Birge, population, Vec::new(), text))
 }
