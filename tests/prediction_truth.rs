@@ -9,7 +9,7 @@ use calibstab::bundle::{self, Options, Refine, Which};
 use calibstab::camera::{Model, ParamClass};
 use calibstab::scene::{Camera, CameraId, Keypoint, Keypoints, Scene};
 use calibstab::stability::spread::Region;
-use calibstab::stability::{self, Population, Run};
+use calibstab::stability::{self, FindingId, HeldClass, Inside, Population, Run};
 use calibstab::synth;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
@@ -57,7 +57,9 @@ fn refined_with(
     scene: Scene,
     fault: fn(&bundle::Outcome) -> f64,
 ) -> Run {
-    let mut adjusted = bundle::adjust(scene.clone(), options, &mut |_| ()).unwrap();
+    let adjusted = bundle::adjust_to_optimum(scene.clone(), options, &mut |_| ());
+    let (mut adjusted, optimum) = adjusted.unwrap();
+    let inside = Inside::of(&adjusted.outcome, &optimum, None);
     let factor = fault(&adjusted.outcome);
     let covariance = adjusted.outcome.covariance.as_mut().unwrap();
     let values = covariance.matrix.as_mut().unwrap().iter_mut().flatten();
@@ -69,6 +71,7 @@ fn refined_with(
         remarks: vec![],
         scene,
         refinement: Some(Ok(adjusted.outcome)),
+        inside,
     }
 }
 
@@ -122,10 +125,20 @@ fn turned(one: &Population) -> f64 {
     one.spread.as_ref().unwrap().rotated.rms_px
 }
 
-/// Kolmogorov and Smirnov's distance of the p-values of T from even ones, as a multiple of what 1 in 1000 exceeds.
+/// The unevenness of the p-values of T.
 fn unevenness(groups: &[Population]) -> f64 {
     let p = |one: &Population| one.prediction.as_ref()?.consistency.as_ref().map(|c| c.found.p);
-    let mut p: Vec<f64> = groups.iter().map(|one| p(one).unwrap()).collect();
+    distance_from_even(groups.iter().map(|one| p(one).unwrap()).collect())
+}
+
+/// The p-values that the runs of all groups give to what they hold of this class.
+fn held_p(groups: &[Population], class: HeldClass) -> Vec<f64> {
+    let tests = groups.iter().flat_map(|one| &one.held).filter(|test| test.class == class);
+    tests.flat_map(|test| &test.runs).map(|run| run.test.p).collect()
+}
+
+/// Kolmogorov and Smirnov's distance of p-values from even ones, as a multiple of what 1 in 1000 exceeds.
+fn distance_from_even(mut p: Vec<f64>) -> f64 {
     p.sort_by(f64::total_cmp);
     let n = p.len() as f64;
     let steps = p.iter().enumerate();
@@ -151,6 +164,13 @@ fn independent_noise_spreads_as_predicted_and_planted_faults_are_found_out() {
     assert!(is_inside(found, interval), "{found} {interval:?}");
     assert!(count < 400 || (found - 1.0).abs() < 0.05, "{found}");
     assert!(uneven < 1.0, "{uneven}");
+    for class in [HeldClass::PrincipalPoint, HeldClass::NextRadial] {
+        let p = held_p(&sound, class);
+        assert_eq!(p.len(), (GROUP * count) as usize);
+        let uneven = distance_from_even(p);
+        eprintln!("{class:?}: unevenness {uneven:.2}");
+        assert!(uneven < 1.0, "{class:?} {uneven}");
+    }
 
     // Sigma for unit noise.
     let without_sigma = groups(10, |outcome| outcome.sigma_px.unwrap().powi(-2));
@@ -225,15 +245,19 @@ fn what_runs_share_is_corrected_for() {
     assert!(as_found < 0.75, "{as_found}");
 }
 
-/// The Birge ratio of so many runs.
-fn birge(runs: impl Iterator<Item = Run>) -> f64 {
-    let found = population(runs.collect());
-    found.prediction.unwrap().consistency.unwrap().found.birge
+/// The Birge ratio of the runs of a camera.
+fn birge(one: &Population) -> f64 {
+    one.prediction.as_ref().unwrap().consistency.as_ref().unwrap().found.birge
+}
+
+/// Whether the verdict on the camera has this finding.
+fn is_found(one: &Population, id: FindingId) -> bool {
+    one.verdict.reasons.iter().any(|reason| reason.id == id)
 }
 
 /// Whether the ratio says nothing.
 fn is_silent(birge: f64) -> bool {
-    0.75 < birge && birge < 1.15
+    0.6 < birge && birge < 1.15
 }
 
 fn replace_camera(scene: &mut Scene, model: &str, params: &[f64]) {
@@ -244,13 +268,14 @@ fn replace_camera(scene: &mut Scene, model: &str, params: &[f64]) {
 #[test]
 fn what_is_wrong_in_all_runs_alike_does_not_show_in_the_ratio() {
     let runs = 0..group_count().min(60);
-    let held_off = birge(runs.clone().map(|run| {
+    let of = |runs: &mut dyn Iterator<Item = Run>| population(runs.collect());
+    let held_off = of(&mut runs.clone().map(|run| {
         let mut scene = room(1, run);
-        let lens = [600.0, 598.0, 330.0, 240.0, -0.2, 0.06, 5e-4, -3e-4];
+        let lens = [600.0, 598.0, 350.0, 240.0, -0.2, 0.06, 5e-4, -3e-4];
         replace_camera(&mut scene, "OPENCV", &lens);
         refined(run, scene, no_fault)
     }));
-    let outliers = birge(runs.clone().map(|run| {
+    let outliers = of(&mut runs.clone().map(|run| {
         let mut scene = room(1, run);
         // One keypoint of 25 is off by 5 px, in a direction that differs.
         let seed = 7919 * (run as usize + 1);
@@ -262,20 +287,27 @@ fn what_is_wrong_in_all_runs_alike_does_not_show_in_the_ratio() {
         });
         refined(run, scene, no_fault)
     }));
-    let wrong_order = birge(runs.clone().map(|run| {
+    let wrong_order = of(&mut runs.clone().map(|run| {
         let mut scene = room(1, run);
         replace_camera(&mut scene, "SIMPLE_RADIAL", &[600.0, 320.0, 240.0, -0.15]);
         refined(run, scene, no_fault)
     }));
-    eprintln!("held 10 px off {held_off:.3}, outliers {outliers:.3}, wrong order {wrong_order:.3}");
-    for birge in [held_off, outliers, wrong_order] {
-        assert!(is_silent(birge), "{birge}");
+    for one in [&held_off, &outliers, &wrong_order] {
+        assert!(is_silent(birge(one)), "{}", birge(one));
     }
-    let other_scenes = birge(runs.map(|run| {
+    // What the runs hold speaks where their differences do not.
+    let held =
+        |one: &Population, class| one.held.iter().find(|test| test.class == class).unwrap().clone();
+    let test = held(&held_off, HeldClass::PrincipalPoint);
+    assert!(is_found(&held_off, FindingId::HeldParameter), "{:?}", held_off.verdict);
+    assert!((test.parameters[2].after - 320.0).abs() < 2.0, "{:?}", test.parameters);
+    let test = held(&wrong_order, HeldClass::NextRadial);
+    assert!(test.p < 1e-3, "{test:?}");
+    eprintln!("wrong order: {:?} px", test.effect_px);
+    let other_scenes = of(&mut runs.map(|run| {
         let mut scene = noisy_room(u64::from(run) + 1, run, 0.15);
         replace_camera(&mut scene, "SIMPLE_RADIAL", &[600.0, 320.0, 240.0, -0.15]);
         refined(run, scene, no_fault)
     }));
-    eprintln!("wrong order, another scene for each run: {other_scenes:.3}");
-    assert!(other_scenes > 1.5, "{other_scenes}");
+    assert!(birge(&other_scenes) > 1.5, "{}", birge(&other_scenes));
 }

@@ -265,7 +265,7 @@ type Point<'a> = (&'a Vector3<f64>, &'a [Sighting]);
 
 /// G^T v = (X x v, v)
 #[inline(always)]
-fn lift(point: &Vector3<f64>, [a, b, c]: &[f64; 3]) -> Wide {
+pub(super) fn lift(point: &Vector3<f64>, [a, b, c]: &[f64; 3]) -> Wide {
     let [x, y, z]: [f64; 3] = (*point).into();
     [y * c - z * b, z * a - x * c, x * b - y * a, *a, *b, *c, 0.0, 0.0]
 }

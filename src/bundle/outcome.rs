@@ -2,6 +2,7 @@
 
 use super::covariance::{Covariance, FreeParam};
 use super::limits::Resting;
+use super::optimum::Optimum;
 use super::options::Options;
 use super::problem::{Dropped, Problem, State};
 use super::solver::Solver;
@@ -75,10 +76,19 @@ pub struct CameraOutcome {
 
 /// Adjusts a scene; `watch` is told of every step.
 pub fn adjust(
-    mut scene: Scene,
+    scene: Scene,
     options: &Options,
     watch: &mut dyn FnMut(&Trial),
 ) -> Result<Adjusted, BundleError> {
+    Ok(adjust_to_optimum(scene, options, watch)?.0)
+}
+
+/// The same, with the end of the adjustment itself for whoever has questions.
+pub fn adjust_to_optimum(
+    mut scene: Scene,
+    options: &Options,
+    watch: &mut dyn FnMut(&Trial),
+) -> Result<(Adjusted, Optimum), BundleError> {
     let problem = Problem::new(&scene, options)?;
     let mut solver = Solver::new(&problem, options, watch);
     let start = problem.start.clone();
@@ -100,6 +110,7 @@ pub fn adjust(
     };
     let values = of_params(|_, state, camera, place| state.params[camera][place]);
     let weights = of_params(|problem, _, camera, place| problem.limits.weight(camera, place));
+    let free = params.clone();
     let mut covariance = Covariance::new(params, &values, residuals, &layout, &information);
     let rank = unknowns.saturating_sub(nullity + covariance.open.len());
     // What priors determine takes up no residual.
@@ -125,7 +136,8 @@ pub fn adjust(
         covariance: is_meant.then_some(covariance),
         rigs_dissolved,
     };
-    Ok(Adjusted { scene, outcome })
+    let optimum = Optimum { state: end.state, options: options.clone(), free, problem };
+    Ok((Adjusted { scene, outcome }, optimum))
 }
 
 fn free_params(scene: &Scene, problem: &Problem, resting: &[Resting]) -> Vec<FreeParam> {

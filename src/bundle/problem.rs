@@ -142,7 +142,11 @@ impl Problem {
         chosen.into_iter().map(|(track, ..)| track).collect()
     }
 
-    fn lay_out(&mut self, tracks: &[Sighted], options: &Options) -> Result<(), BundleError> {
+    pub(super) fn lay_out(
+        &mut self,
+        tracks: &[Sighted],
+        options: &Options,
+    ) -> Result<(), BundleError> {
         for sighting in tracks.iter().flatten() {
             self.sightings[sighting.image as usize] += 1;
         }
@@ -205,7 +209,7 @@ impl Problem {
     }
 }
 
-fn padded(params: &[f64]) -> Params {
+pub(super) fn padded(params: &[f64]) -> Params {
     let mut padded = [0.0; MOST_PARAMS];
     padded[..params.len()].copy_from_slice(params);
     padded

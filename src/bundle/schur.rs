@@ -234,6 +234,20 @@ impl System {
         (Information { rows, scales: self.scales[poses..].to_vec() }, nullity)
     }
 
+    /// Solves the undamped system for each right side, which becomes the answer; gives the gradient. What is held, or not
+    /// determined, stays zero.
+    pub(super) fn answers(&mut self, rights: &mut [Vec<f64>]) -> Vec<f64> {
+        self.scale(0.0);
+        // With a bound on pivots nothing is singular.
+        let _ = self.matrix.factor(0..self.layout.size, null(0.0));
+        for right in rights {
+            right.iter_mut().zip(&self.scales).for_each(|(value, scale)| *value *= scale);
+            self.matrix.solve(right);
+            right.iter_mut().zip(&self.scales).for_each(|(value, scale)| *value *= scale);
+        }
+        self.gradient.clone()
+    }
+
     /// The step of one pose.
     pub(super) fn pose_step(&self, image: usize) -> Option<[f64; 6]> {
         self.step[..self.layout.poses].as_chunks::<6>().0.get(image).copied()

@@ -88,6 +88,15 @@ impl<'a> Solver<'a> {
         (information, points + poses)
     }
 
+    /// Solves the undamped system at this state for each right side; gives its gradient, points eliminated.
+    pub(super) fn answers(&mut self, state: &State, rights: &mut [Vec<f64>]) -> Vec<f64> {
+        self.at.clone_from(state);
+        self.resting = self.problem.limits.resting(state);
+        self.bends = false;
+        self.eliminate(0.0);
+        self.system.answers(rights)
+    }
+
     /// Lets every point follow the poses and the intrinsics.
     fn follow(&mut self, damping: f64) -> PointStep {
         for (image, step) in self.pose_steps.iter_mut().enumerate() {
@@ -112,7 +121,12 @@ impl<'a> Solver<'a> {
     }
 }
 
-fn view<'a>(problem: &'a Problem, options: &Options, state: &'a State, bends: bool) -> View<'a> {
+pub(super) fn view<'a>(
+    problem: &'a Problem,
+    options: &Options,
+    state: &'a State,
+    bends: bool,
+) -> View<'a> {
     View {
         lenses: &problem.lenses,
         params: &state.params,

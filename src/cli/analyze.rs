@@ -95,7 +95,7 @@ impl Analyze {
         };
         let (mut runs, skipped) = self.inputs.read(quiet)?;
         if !self.no_refine {
-            let count = refine_runs::refine(&mut runs, &self.how.options(), quiet)?;
+            let count = refine_runs::refine(&mut runs, &self.how.options(), self.region, quiet)?;
             if count == 0 && self.how.is_asked_for() {
                 let why = "no group has images and points in all of its runs";
                 writeln!(anstream::stderr(), "remark: nothing was refined: {why}")?;
@@ -134,7 +134,7 @@ impl Match {
 
 type CsvTable = fn(&Analysis) -> csv::Result<Vec<u8>>;
 
-const CSV_TABLES: [(&str, CsvTable); 8] = [
+const CSV_TABLES: [(&str, CsvTable); 9] = [
     ("comparisons.csv", report::comparisons_csv),
     ("components.csv", report::components_csv),
     ("runs.csv", report::runs_csv),
@@ -142,6 +142,7 @@ const CSV_TABLES: [(&str, CsvTable); 8] = [
     ("statistics.csv", report::statistics_csv),
     ("spread.csv", report::spread_csv),
     ("prediction.csv", report::prediction_csv),
+    ("held.csv", report::held_csv),
     ("run_deviations.csv", report::run_deviations_csv),
 ];
 

@@ -205,7 +205,15 @@ impl Located {
         let skipped = |reason: String| Skipped { path: path.clone(), reason };
         let scene = model.read().map_err(|error| skipped(error.to_string()))?;
         let files = model.paths().map(input_file).collect::<Result<_, _>>().map_err(skipped)?;
-        Ok(Run { group, name, files, remarks: model.remarks, scene, refinement: None })
+        Ok(Run {
+            group,
+            name,
+            files,
+            remarks: model.remarks,
+            scene,
+            refinement: None,
+            inside: None,
+        })
     }
 }
 

@@ -13,14 +13,20 @@ use super::failure::Failure;
 use super::inputs::progress_bar;
 use crate::bundle::{self, BundleError, Options, Outcome, Refine, Which};
 use crate::scene::Scene;
-use crate::stability::Run;
+use crate::stability::spread::Region;
+use crate::stability::{Inside, Run};
 
 /// What became of the run of this index.
-type Refined = (usize, Result<Outcome, BundleError>);
+type Refined = (usize, Result<(Outcome, Option<Inside>), BundleError>);
 
 /// Refines every run of each group whose runs all have images and points; what comes of it stands in the run. Tells how many were
 /// tried.
-pub(super) fn refine(runs: &mut [Run], options: &Options, quiet: bool) -> Result<usize, Failure> {
+pub(super) fn refine(
+    runs: &mut [Run],
+    options: &Options,
+    region: Option<Region>,
+    quiet: bool,
+) -> Result<usize, Failure> {
     let hindered: BTreeSet<&str> =
         runs.iter().filter(|run| !run.is_refinable()).map(|run| run.group.as_str()).collect();
     let is_wanted = |index: &usize| !hindered.contains(runs[*index].group.as_str());
@@ -36,18 +42,22 @@ pub(super) fn refine(runs: &mut [Run], options: &Options, quiet: bool) -> Result
     let side_by_side = threads.min(wanted.len());
     let share = options.memory.map(|bytes| bytes / side_by_side);
     let shared = Options { memory: share, ..options.clone() };
-    let done = on_threads(runs, &wanted, &shared, pools(side_by_side, threads)?, &progress);
+    let how = (&shared, region);
+    let done = on_threads(runs, &wanted, how, pools(side_by_side, threads)?, &progress);
     let is_too_large = |(_, result): &Refined| matches!(result, Err(BundleError::Memory { .. }));
     let (again, mut done): (Vec<Refined>, Vec<Refined>) = done.into_iter().partition(is_too_large);
     if !again.is_empty() {
         // What does not fit beside others may fit alone.
         let alone: Vec<usize> = again.into_iter().map(|(index, _)| index).collect();
         let hidden = ProgressBar::hidden();
-        done.extend(on_threads(runs, &alone, options, pools(1, threads)?, &hidden));
+        done.extend(on_threads(runs, &alone, (options, region), pools(1, threads)?, &hidden));
     }
     progress.finish_and_clear();
     for (index, result) in done {
-        runs[index].refinement = Some(result);
+        (runs[index].refinement, runs[index].inside) = match result {
+            Ok((outcome, inside)) => (Some(Ok(outcome)), inside),
+            Err(error) => (Some(Err(error)), None),
+        };
     }
     Ok(wanted.len())
 }
@@ -71,7 +81,7 @@ fn pools(count: usize, threads: usize) -> Result<Vec<ThreadPool>, Failure> {
 fn on_threads(
     runs: &[Run],
     indices: &[usize],
-    options: &Options,
+    (options, region): (&Options, Option<Region>),
     pools: Vec<ThreadPool>,
     progress: &ProgressBar,
 ) -> Vec<Refined> {
@@ -81,8 +91,13 @@ fn on_threads(
         while let Some(&index) = indices.get(next.fetch_add(1, Ordering::Relaxed)) {
             let scene = &runs[index].scene;
             let own = Options { refine: of_scene(&options.refine, scene), ..options.clone() };
-            let adjusted = pool.install(|| bundle::adjust(scene.clone(), &own, &mut |_| ()));
-            done.push((index, adjusted.map(|adjusted| adjusted.outcome)));
+            let adjust = || {
+                let (adjusted, optimum) =
+                    bundle::adjust_to_optimum(scene.clone(), &own, &mut |_| ())?;
+                let inside = Inside::of(&adjusted.outcome, &optimum, region);
+                Ok((adjusted.outcome, inside))
+            };
+            done.push((index, pool.install(adjust)));
             progress.inc(1);
         }
         done
@@ -163,7 +178,7 @@ mod tests {
         let mut runs = vec![read("run1"), read("run2")];
         let options = Options { memory: Some(memory), ..Options::default() };
         let two = ThreadPoolBuilder::new().num_threads(2).build().unwrap();
-        assert_eq!(two.install(|| refine(&mut runs, &options, true)).ok(), Some(2));
+        assert_eq!(two.install(|| refine(&mut runs, &options, None, true)).ok(), Some(2));
         runs.into_iter().map(|run| run.refinement.unwrap()).collect()
     }
 

@@ -55,6 +55,16 @@ pub enum Folds {
     LeftOut,
 }
 
+/// A camera in a model that contains its own.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Contained {
+    /// The same lens.
+    pub intrinsics: Intrinsics,
+    /// For each of its parameters the place of the one that it is in the camera's own model; a single focal length stands at two
+    /// places. None where a parameter is at its neutral value.
+    pub origins: Vec<Option<usize>>,
+}
+
 /// What rounding may do to a pixel, in px.
 pub const EXACT_PX: f64 = 1e-9;
 
@@ -117,6 +127,22 @@ pub fn convert(
     let [rms_px, max_px] = fit::errors_px(&intrinsics, &pairs);
     let fit = Fit { rms_px, max_px, seen_share, largest_angle };
     Ok(Converted { intrinsics, how: How::Fitted(fit) })
+}
+
+/// The camera of an image of this size in px, in a model that contains its own; none in any other. Nothing is fitted.
+pub fn contained(
+    source: &Intrinsics,
+    [width, height]: [u32; 2],
+    target: &'static Model,
+) -> Option<Contained> {
+    let origins = exact::origins(source.model(), target)?;
+    if !(0..source.params().len()).all(|at| origins.contains(&Some(at))) {
+        return None;
+    }
+    let grid = Grid::new(width.into(), height.into());
+    let pixels = grid.pixels().chain(corners(width, height));
+    let intrinsics = exact::carried(source, target, pixels)?;
+    Some(Contained { intrinsics, origins })
 }
 
 /// Whether one of these models can ever come near the other.

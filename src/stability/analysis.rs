@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::spread::{Region, Spread};
 use super::{AsLeft, Refinement, RefinementOptions};
-use super::{Clusters, Overlap, Verdict};
+use super::{Clusters, HeldTest, Overlap, Verdict};
 use super::{Components, GroupComparison, Prediction};
 
 /// The version of the shape below; grows when a reader of older files would go wrong.
@@ -148,6 +148,8 @@ pub struct Population {
     pub predicted_correlations: Option<Correlations>,
     /// What the adjustments say of the spread; none where none has a covariance.
     pub prediction: Option<Prediction>,
+    /// What freeing each class of held parameters would do; empty where nothing was refined with a squared loss.
+    pub held: Vec<HeldTest>,
     /// How far the calibrations disagree in the image; none with fewer than two.
     pub spread: Option<Spread>,
     /// Why two calibrations or more have no spread.
@@ -330,6 +332,8 @@ pub enum FindingId {
     Clusters,
     /// The runs differ by more than their adjustments predict.
     Birge,
+    /// What was held wants to move, and moves the lens.
+    HeldParameter,
     /// The runs share nearly all of their observations.
     SharedObservations,
     /// Two calibrations or more could not be compared in the image.
@@ -374,6 +378,7 @@ impl FindingId {
             Self::OutlierRun => "outlier-run",
             Self::Clusters => "clusters",
             Self::Birge => "birge",
+            Self::HeldParameter => "held-parameter",
             Self::SharedObservations => "shared-observations",
             Self::NoSpread => "no-spread",
             Self::MixedStates => "mixed-states",

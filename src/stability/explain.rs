@@ -2,6 +2,7 @@
 
 use super::FindingId;
 use super::clusters::{FEWEST, LEAST_GAP_PX, least_ratio};
+use super::inside::{LEAST_EFFECT_PX, MOST_P};
 use super::overlap::MOST_SHARED;
 use super::prediction::remarks::MOST_BIRGE;
 use super::screen::FEW_IMAGES;
@@ -43,6 +44,8 @@ fn with_thresholds(text: &str) -> String {
         ("{OPEN_IN_SHARE}", percent(OPEN_IN_SHARE)),
         ("{MOST_SHARED}", percent(MOST_SHARED)),
         ("{MOST_BIRGE}", MOST_BIRGE.to_string()),
+        ("{MOST_P}", MOST_P.to_string()),
+        ("{LEAST_EFFECT_PX}", LEAST_EFFECT_PX.to_string()),
         ("{FEW_IMAGES}", percent(FEW_IMAGES)),
         ("{MOST_WITHOUT_RAY}", percent(MOST_WITHOUT_RAY)),
         ("{FEWEST}", FEWEST.to_string()),
@@ -72,7 +75,7 @@ const _: () = {
     assert!(at == FindingId::Reading as usize + 1);
 };
 
-const TEXTS: [Texts; 27] = [
+const TEXTS: [Texts; 28] = [
     Texts {
         id: FindingId::OpenDirection,
         short: "the observations leave a combination of parameters open",
@@ -216,6 +219,20 @@ const TEXTS: [Texts; 27] = [
             allow, corrected for the observations that runs share, is above {MOST_BIRGE}.",
         advice: "Rely on the spread and not on the stds of an adjustment. Look for the run that is furthest off, filter matches \
             more strictly, or try a lens model with another term.",
+    },
+    Texts {
+        id: FindingId::HeldParameter,
+        short: "what was held wants to move, and moves the lens",
+        meaning: "A parameter that the adjustment holds, or that the lens model lacks, is away from where the observations want it. \
+            All runs hold it at the same place and agree on what that does to the others: no spread can show it, and on real \
+            photographs it is often the largest error. A principal point held at the image's centre moves the focal length by \
+            percents.",
+        found: "Of the principal point, one focal length for both directions, and the next radial term each that is held: the \
+            score test for freeing it in all cameras of a run, at the run's optimum. The finding needs twice the median p of the \
+            runs below {MOST_P}, and that freeing it moves the lens by more than {LEAST_EFFECT_PX} px, the median of the runs, \
+            RMS over the region with rotation removed. Where it is near that, the run is adjusted again with the class free.",
+        advice: "Free it (--refine principal-point, or a model with another term) where the std of what is freed stays small, \
+            or hold it at a value that is known. What all runs share is settled by a reference alone.",
     },
     Texts {
         id: FindingId::SharedObservations,

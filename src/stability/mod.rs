@@ -14,6 +14,7 @@ mod explain;
 mod group;
 mod identity;
 mod image_effect;
+mod inside;
 mod names;
 mod overlap;
 mod partition;
@@ -39,6 +40,7 @@ pub use compare::{CompareError, ComparedCamera, Comparison, ToReference, compare
 pub use components::{Components, ImageComponents, ParameterComponents, VarianceComponents};
 pub use explain::Explanation;
 pub use identity::MatchError;
+pub use inside::{FreedParameter, HeldClass, HeldInRun, HeldTest, Inside, RunHeld};
 pub use overlap::Overlap;
 pub use prediction::remarks::MOST_BIRGE;
 pub use prediction::{Consistency, Direction, PredictedSpread, Prediction, Ratio, RunPrediction};

@@ -8,6 +8,7 @@ use super::between::SameCamera;
 use super::disagreement::{Background, Disagreement, correlations, disagreement, left_spread};
 use super::group::Group;
 use super::image_effect::{fill_std_px, folds};
+use super::inside::held_tests;
 use super::physical::{CameraOfGroup, labels, physical_cameras, with_sharers};
 use super::prediction::{Beside, prediction};
 use super::refinement::predicted_correlations;
@@ -136,6 +137,7 @@ fn of_places(
         predicted_correlations: predicted_correlations(model, &sampled),
         parameters,
         prediction,
+        held: held_tests(&with_runs),
         spread,
         without_spread,
         clusters,

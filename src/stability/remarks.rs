@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::disagreement::remarks as disagreements;
+use super::inside::remarks as inside;
 use super::prediction::remarks as prediction;
 use super::run::CameraInRun;
 use super::screen::Screened;
@@ -108,6 +109,7 @@ fn of_population(one: &Population, runs: &[RunRecord]) -> Vec<Finding> {
     let mut findings = mixed_states(one);
     findings.extend(disagreements::of_population(one));
     findings.extend(prediction::of_population(one));
+    findings.extend(inside::of_population(one));
     findings.extend(basis::of_population(one, runs));
     findings
 }

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use super::InputFile;
 use super::refinement::{Origin, refined};
+use super::{InputFile, Inside};
 use crate::bundle::{BundleError, Outcome};
 use crate::scene::{Camera, CameraId, Scene};
 
@@ -22,6 +22,8 @@ pub struct Run {
     pub scene: Scene,
     /// How adjusting it went; none when it was not tried.
     pub refinement: Option<Result<Outcome, BundleError>>,
+    /// What the adjustment gives away against itself; none where it was not asked, or cannot be.
+    pub inside: Option<Inside>,
 }
 
 /// A camera that a run reconstructed, and the names of the images it took.

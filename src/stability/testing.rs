@@ -15,7 +15,7 @@ pub(super) fn run(group: &str, name: &str, cameras: &[(u32, &str, &[f64])]) -> R
     let cameras = cameras.iter().map(camera).collect();
     let scene = Scene { cameras, geometry: None };
     let (group, name) = (group.to_owned(), name.to_owned());
-    Run { group, name, files: vec![], remarks: vec![], scene, refinement: None }
+    Run { group, name, files: vec![], remarks: vec![], scene, refinement: None, inside: None }
 }
 
 /// The run with images: each camera's id and the names it took.

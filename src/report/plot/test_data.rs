@@ -89,6 +89,7 @@ pub fn population(
         compensation,
         correlations: Correlations::default(),
         prediction: None,
+        held: vec![],
         spread: None,
         without_spread: None,
         clusters: None,

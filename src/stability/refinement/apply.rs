@@ -48,13 +48,18 @@ pub(in crate::stability) fn refined(run: &Run, id: CameraId) -> Option<(&Camera,
 pub(super) fn failure_of_run(result: &Refined) -> Option<String> {
     match result {
         Err(error) => Some(error.to_string()),
-        Ok(outcome) => match outcome.reason {
-            Reason::Converged | Reason::Rounding => None,
-            Reason::IterationLimit => {
-                Some(format!("stopped after {} steps without convergence", outcome.iterations))
-            }
-            Reason::Stuck => Some("stopped without convergence: no step leads downhill".to_owned()),
-        },
+        Ok(outcome) => failure_of_outcome(outcome),
+    }
+}
+
+/// Why no camera of an adjustment that came to an end counts.
+pub(in crate::stability) fn failure_of_outcome(outcome: &Outcome) -> Option<String> {
+    match outcome.reason {
+        Reason::Converged | Reason::Rounding => None,
+        Reason::IterationLimit => {
+            Some(format!("stopped after {} steps without convergence", outcome.iterations))
+        }
+        Reason::Stuck => Some("stopped without convergence: no step leads downhill".to_owned()),
     }
 }
 

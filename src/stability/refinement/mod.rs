@@ -7,7 +7,7 @@ pub(super) mod testing;
 #[cfg(test)]
 mod tests;
 
-pub(super) use apply::{Origin, predicted_correlations, refined};
+pub(super) use apply::{Origin, failure_of_outcome, predicted_correlations, refined};
 
 use schemars::JsonSchema;
 use serde::Serialize;

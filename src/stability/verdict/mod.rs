@@ -76,6 +76,7 @@ impl FindingId {
             | Self::OutlierRun
             | Self::Clusters
             | Self::Birge
+            | Self::HeldParameter
             | Self::SharedObservations
             | Self::NoSpread
             | Self::SmallRegion

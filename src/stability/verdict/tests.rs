@@ -1,6 +1,7 @@
 //! The rule of the verdict: each cause alone, none, and several.
 
 use super::super::clusters::{Clusters, Part};
+use super::super::inside::{HeldClass, HeldTest};
 use super::super::overlap::Overlap;
 use super::super::remarks;
 use super::super::spread::SetAside;
@@ -77,6 +78,21 @@ fn with_birge(found: f64, independent: Option<f64>) -> Prediction {
     };
     let consistency = Some(consistency);
     Prediction { spread: None, consistency, parameters: Vec::new(), directions: Vec::new() }
+}
+
+/// A test of a held principal point.
+fn held(p: f64, effect_px: f64) -> Vec<HeldTest> {
+    vec![HeldTest {
+        class: HeldClass::PrincipalPoint,
+        freed: vec!["cx".to_owned(), "cy".to_owned()],
+        model: "SIMPLE_RADIAL".to_owned(),
+        n: 6,
+        p,
+        effect_px: Some(effect_px),
+        focal_change: Some(0.01),
+        parameters: vec![],
+        runs: vec![],
+    }]
 }
 
 fn parts(sizes: [usize; 2]) -> Clusters {
@@ -159,7 +175,7 @@ fn what_runs_share_is_allowed_for_in_spread_and_interval() {
 type Change = fn(&mut Case);
 
 /// How many runs, what is changed about them, and what the verdict must be.
-fn causes() -> [(usize, Change, VerdictKind, &'static [FindingId]); 21] {
+fn causes() -> [(usize, Change, VerdictKind, &'static [FindingId]); 24] {
     use FindingId::*;
     use VerdictKind::*;
     [
@@ -175,6 +191,9 @@ fn causes() -> [(usize, Change, VerdictKind, &'static [FindingId]); 21] {
         (6, |c| c.one.overlap = Some(overlap(0.95, None)), Doubtful, &[SharedObservations]),
         (6, |c| c.one.prediction = Some(with_birge(1.51, None)), Doubtful, &[Birge]),
         (6, |c| c.one.prediction = Some(with_birge(1.2, Some(1.49))), Repeatable, &[]),
+        (6, |c| c.one.held = held(9e-4, 0.51), Doubtful, &[HeldParameter]),
+        (6, |c| c.one.held = held(9e-4, 0.49), Repeatable, &[]),
+        (6, |c| c.one.held = held(1.1e-3, 9.0), Repeatable, &[]),
         (6, |c| c.one.clusters = Some(parts([4, 2])), Doubtful, &[Clusters]),
         (6, |c| c.one.clusters = Some(parts([5, 1])), Doubtful, &[OutlierRun]),
         (

@@ -1,0 +1,183 @@
+//! The end of an adjustment, kept for questions: what is left of each observation, and where more freedom would lead.
+
+use nalgebra::Vector3;
+
+use super::chunk::Sighted;
+use super::covariance::FreeParam;
+use super::limits::Limits;
+use super::linearize::{Kernel, Lens, Sighting};
+use super::options::Options;
+use super::problem::{Problem, State, padded};
+use super::schur::Layout;
+use super::solver::Solver;
+use super::{BundleError, Loss};
+use crate::camera::Intrinsics;
+use crate::least_squares::{self, Reason, Stop};
+use crate::scene::{CameraId, ImageId};
+
+/// An adjustment at its end.
+#[derive(Debug, Clone)]
+pub struct Optimum {
+    pub(super) problem: Problem,
+    pub(super) state: State,
+    pub(super) options: Options,
+    pub(super) free: Vec<FreeParam>,
+}
+
+/// An observation that took part, and what is left of it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Observation {
+    /// The camera.
+    pub camera: CameraId,
+    /// The image.
+    pub image: ImageId,
+    /// Where it was measured, in px.
+    pub pixel: [f64; 2],
+    /// Projection less measurement, in px.
+    pub residual: [f64; 2],
+    /// The point in camera coordinates, in a unit of the adjustment's own.
+    pub point: Vector3<f64>,
+}
+
+/// A camera under a model that contains its own, and what of it is to move.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Widened {
+    /// Which camera.
+    pub camera: CameraId,
+    /// The same lens in the wider model.
+    pub intrinsics: Intrinsics,
+    /// The places of the parameters that move.
+    pub free: Vec<usize>,
+}
+
+impl Optimum {
+    /// What the residuals cost.
+    pub fn loss(&self) -> Loss {
+        self.options.loss
+    }
+
+    /// The intrinsics that moved and are on no bound: what [`Probe`](super::Probe) says follows.
+    pub fn free(&self) -> &[FreeParam] {
+        &self.free
+    }
+
+    /// Whether something was known of intrinsics beforehand.
+    pub fn is_limited(&self) -> bool {
+        !(self.options.priors.is_empty() && self.options.bounds.is_empty())
+    }
+
+    /// The observations that took part, in an order that depends on the scene alone.
+    pub fn observations(&self) -> Vec<Observation> {
+        let Self { problem, state, .. } = self;
+        let mut all = Vec::with_capacity(problem.observations);
+        for chunk in &problem.chunks {
+            let mut start = 0;
+            for (&end, point) in chunk.ends.iter().zip(&state.points[chunk.points.clone()]) {
+                for sighting in &chunk.sightings[start..end as usize] {
+                    let image = chunk.images[sighting.image as usize] as usize;
+                    all.extend(self.observation(image, point, sighting));
+                }
+                start = end as usize;
+            }
+        }
+        all
+    }
+
+    /// An observation of the image of this number; none if it cannot be projected, which the optimum's cost excludes.
+    pub(super) fn observation(
+        &self,
+        image: usize,
+        point: &Vector3<f64>,
+        sighting: &Sighting,
+    ) -> Option<Observation> {
+        let Self { problem, state, .. } = self;
+        let (camera, pose) = (problem.camera_of[image] as usize, &state.poses[image]);
+        let residual = problem.lenses[camera].kernel.residual;
+        Some(Observation {
+            camera: problem.cameras[camera],
+            image: problem.images[image],
+            pixel: sighting.xy,
+            residual: residual(&state.params[camera], pose, point, &sighting.xy)?,
+            point: pose.see(point),
+        })
+    }
+
+    /// The same observations adjusted further, these cameras under their wider models: all intrinsics that moved, or none where
+    /// that does not converge. Priors and bounds are about the narrow models and cannot be kept.
+    pub fn readjusted(
+        &self,
+        widened: &[Widened],
+    ) -> Result<Option<Vec<(CameraId, Intrinsics)>>, BundleError> {
+        /// No unknown is further from its end than this share of its std, squared.
+        const NEAR: f64 = 1e-3;
+        /// What takes longer leads far from where the question was asked.
+        const MOST_STEPS: usize = 30;
+        let problem = self.widened(widened)?;
+        let stop =
+            least_squares::Options { stop: Stop::Decrement(NEAR), max_iterations: MOST_STEPS };
+        let mut watch = |_: &least_squares::Trial| ();
+        let mut solver = Solver::new(&problem, &self.options, &mut watch);
+        let end = least_squares::minimize(&mut solver, problem.start.clone(), &stop);
+        let end = end.ok_or(BundleError::NoCost)?;
+        if !matches!(end.reason, Reason::Converged | Reason::Rounding) {
+            return Ok(None);
+        }
+        let mut all = Vec::new();
+        for one in widened {
+            let number = problem.cameras.binary_search(&one.camera).unwrap_or_default();
+            let count = one.intrinsics.params().len();
+            let made = one.intrinsics.model().with_params(&end.state.params[number][..count]);
+            let made = made.map_err(|error| BundleError::NoLens(one.camera, error))?;
+            all.push((one.camera, made));
+        }
+        Ok(Some(all))
+    }
+
+    /// The problem at this state with other lenses.
+    fn widened(&self, widened: &[Widened]) -> Result<Problem, BundleError> {
+        let Problem { frame, images, cameras, camera_of, points, dropped, .. } = &self.problem;
+        let (mut lenses, mut start) = (self.problem.lenses.clone(), self.state.clone());
+        for Widened { camera, intrinsics, free } in widened {
+            if let Ok(number) = cameras.binary_search(camera) {
+                lenses[number] = Lens { kernel: Kernel::of(intrinsics), free: free.clone() };
+                start.params[number] = padded(intrinsics.params());
+            }
+        }
+        let mut problem = Problem {
+            chunks: Vec::new(),
+            lenses,
+            start,
+            layout: Layout::new(0, std::iter::empty()),
+            limits: Limits::default(),
+            frame: *frame,
+            images: images.clone(),
+            sightings: vec![0; images.len()],
+            cameras: cameras.clone(),
+            camera_of: camera_of.clone(),
+            points: points.clone(),
+            observations: 0,
+            dropped: *dropped,
+            components: 0,
+        };
+        problem.lay_out(&self.tracks(), &self.options)?;
+        Ok(problem)
+    }
+
+    /// The sightings of each point, by the problem's numbers of the images.
+    fn tracks(&self) -> Vec<Sighted> {
+        let mut tracks = Vec::with_capacity(self.problem.points.len());
+        for chunk in &self.problem.chunks {
+            let mut start = 0;
+            for &end in &chunk.ends {
+                let track = chunk.sightings[start..end as usize].iter();
+                let outside = |seen: &Sighting| Sighting {
+                    image: chunk.images[seen.image as usize],
+                    xy: seen.xy,
+                };
+                tracks.push(track.map(outside).collect());
+                start = end as usize;
+            }
+        }
+        tracks
+    }
+}
