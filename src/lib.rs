@@ -16,6 +16,7 @@ pub mod convert;
 pub mod least_squares;
 pub mod report;
 pub mod scene;
+pub mod selection;
 pub mod stability;
 pub mod stats;
 pub mod synth;

@@ -16,7 +16,7 @@ const LANES: usize = 8;
 
 /// A symmetric matrix, of which the lower triangle counts, and then its factor.
 #[derive(Debug, Clone)]
-pub(super) struct Dense {
+pub(crate) struct Dense {
     size: usize,
     values: Vec<f64>,
     /// One over each pivot; zero where a direction is not determined.
@@ -33,7 +33,7 @@ impl Dense {
         8 * size * (size + 1 + BLOCK)
     }
 
-    pub(super) fn new(size: usize) -> Self {
+    pub(crate) fn new(size: usize) -> Self {
         Self {
             size,
             values: vec![0.0; size * size],
@@ -43,25 +43,25 @@ impl Dense {
         }
     }
 
-    pub(super) fn clear(&mut self) {
+    pub(crate) fn clear(&mut self) {
         self.values.fill(0.0);
     }
 
     /// The row of this index, as far as its diagonal.
     #[inline(always)]
-    pub(super) fn row(&self, row: usize) -> &[f64] {
+    pub(crate) fn row(&self, row: usize) -> &[f64] {
         &self.values[row * self.size..=row * self.size + row]
     }
 
     /// The row of this index, as far as its diagonal.
     #[inline(always)]
-    pub(super) fn row_mut(&mut self, row: usize) -> &mut [f64] {
+    pub(crate) fn row_mut(&mut self, row: usize) -> &mut [f64] {
         &mut self.values[row * self.size..=row * self.size + row]
     }
 
     /// Eliminates the first columns; what is left of the others is their Schur complement. A pivot up to `null` means a direction
     /// that is not determined: it is left out, and counted; none when `null` is none and there is such a pivot.
-    pub(super) fn factor(
+    pub(crate) fn factor(
         &mut self,
         columns: std::ops::Range<usize>,
         null: Option<f64>,

@@ -23,9 +23,10 @@ mod problem;
 mod products;
 mod rows;
 mod schur;
+mod sensitivity;
 mod solver;
 #[cfg(test)]
-mod testing;
+pub(crate) mod testing;
 #[cfg(test)]
 mod tests;
 mod write_back;
@@ -38,3 +39,7 @@ pub use options::{Bound, Mode, Of, Options, Prior, Refine, Which};
 pub use outcome::{Adjusted, CameraOutcome, Outcome, adjust, adjust_to_optimum};
 pub use probe::{Entry, Probe};
 pub use problem::Dropped;
+pub use sensitivity::{Sensed, Sensitivities};
+
+pub(crate) use cholesky::Dense;
+pub(crate) use sensitivity::eliminator;

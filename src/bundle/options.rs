@@ -140,6 +140,12 @@ impl Default for Refine {
 }
 
 impl Refine {
+    /// All that can move.
+    pub fn all() -> Self {
+        let classes = [ParamClass::Focal, ParamClass::PrincipalPoint, ParamClass::Extra];
+        Self { others: classes.map(Which::Class).to_vec(), cameras: BTreeMap::new() }
+    }
+
     /// What moves of this camera.
     pub fn of(&self, camera: CameraId) -> &[Which] {
         self.cameras.get(&camera).unwrap_or(&self.others)

@@ -140,7 +140,7 @@ pub fn adjust_to_optimum(
     Ok((Adjusted { scene, outcome }, optimum))
 }
 
-fn free_params(scene: &Scene, problem: &Problem, resting: &[Resting]) -> Vec<FreeParam> {
+pub(super) fn free_params(scene: &Scene, problem: &Problem, resting: &[Resting]) -> Vec<FreeParam> {
     let mut params = Vec::new();
     for (number, (id, lens)) in problem.cameras.iter().zip(&problem.lenses).enumerate() {
         let names = scene.cameras[id].intrinsics.model().params;

@@ -15,7 +15,7 @@ pub(super) struct PointBlock {
 
 /// L^-1 of V = L L^T, lower triangle; a direction that is not determined has a row of zeros.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct InverseFactor {
+pub(crate) struct InverseFactor {
     rows: [[f64; 3]; 3],
     pub nullity: usize,
 }
@@ -90,7 +90,7 @@ impl InverseFactor {
 
     /// L^-1 v
     #[inline(always)]
-    pub(super) fn times(&self, v: &[f64; 3]) -> [f64; 3] {
+    pub(crate) fn times(&self, v: &[f64; 3]) -> [f64; 3] {
         let [[a, ..], [ba, b, _], [ca, cb, c]] = self.rows;
         [a * v[0], ba * v[0] + b * v[1], ca * v[0] + cb * v[1] + c * v[2]]
     }

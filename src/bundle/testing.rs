@@ -9,11 +9,11 @@ use crate::scene::{
 };
 
 /// Numbers that look random and are the same everywhere: splitmix64.
-pub(super) struct Noise(pub u64);
+pub(crate) struct Noise(pub u64);
 
 impl Noise {
     /// Between -1 and 1.
-    pub(super) fn even(&mut self) -> f64 {
+    pub(crate) fn even(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let mut bits = self.0;
         bits = (bits ^ (bits >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
@@ -22,22 +22,22 @@ impl Noise {
     }
 
     /// Of standard deviation one, nearly normal.
-    pub(super) fn normal(&mut self) -> f64 {
+    pub(crate) fn normal(&mut self) -> f64 {
         (0..12).map(|_| self.even()).sum::<f64>() * 0.5
     }
 
-    pub(super) fn vector(&mut self) -> Vector3<f64> {
+    pub(crate) fn vector(&mut self) -> Vector3<f64> {
         Vector3::new(self.even(), self.even(), self.even())
     }
 }
 
-pub(super) fn camera(model: &str, params: &[f64]) -> Camera {
+pub(crate) fn camera(model: &str, params: &[f64]) -> Camera {
     let intrinsics = Model::named(model).unwrap().with_params(params).unwrap();
     Camera { intrinsics, width: 1280, height: 960 }
 }
 
 /// A scene with the truth in it, and what the images see of it with noise of so many px.
-pub(super) struct World {
+pub(crate) struct World {
     pub cameras: Vec<Camera>,
     pub poses: Vec<Isometry3<f64>>,
     pub points: Vec<Vector3<f64>>,
@@ -46,7 +46,7 @@ pub(super) struct World {
 
 impl World {
     /// Cameras in turn, on a ring round a cloud of points, held at various rolls.
-    pub(super) fn ring(cameras: Vec<Camera>, images: u32, points: usize) -> Self {
+    pub(crate) fn ring(cameras: Vec<Camera>, images: u32, points: usize) -> Self {
         let mut noise = Noise(7);
         let poses = (0..images).map(|image| {
             let angle = f64::from(image) / f64::from(images) * std::f64::consts::TAU;
@@ -63,12 +63,12 @@ impl World {
         Self { cameras, poses, points, noise_px: 0.0 }
     }
 
-    pub(super) fn with_noise(self, noise_px: f64) -> Self {
+    pub(crate) fn with_noise(self, noise_px: f64) -> Self {
         Self { noise_px, ..self }
     }
 
     /// The scene at the truth: ids from 1, tracks by image; points that no image sees are left out.
-    pub(super) fn scene(&self) -> Scene {
+    pub(crate) fn scene(&self) -> Scene {
         let mut noise = Noise(11);
         let mut keypoints = vec![Keypoints::default(); self.poses.len()];
         let mut points = Points3D::default();
@@ -110,7 +110,7 @@ impl World {
 }
 
 /// Moves poses and points off by noise of this size, and multiplies focal lengths.
-pub(super) fn disturbed(mut scene: Scene, size: f64, focal: f64) -> Scene {
+pub(crate) fn disturbed(mut scene: Scene, size: f64, focal: f64) -> Scene {
     let mut noise = Noise(23);
     for camera in scene.cameras.values_mut() {
         let model = camera.intrinsics.model();
@@ -137,7 +137,7 @@ pub(super) fn disturbed(mut scene: Scene, size: f64, focal: f64) -> Scene {
 }
 
 /// Moves every point.
-pub(super) fn map_points(
+pub(crate) fn map_points(
     geometry: &mut Geometry,
     mut place: impl FnMut(Vector3<f64>) -> Vector3<f64>,
 ) {
@@ -149,7 +149,7 @@ pub(super) fn map_points(
 }
 
 /// The points in another order, under other ids, their tracks turned round.
-pub(super) fn reordered_points(geometry: &Geometry) -> Points3D {
+pub(crate) fn reordered_points(geometry: &Geometry) -> Points3D {
     let mut kept: Vec<(Point3D<()>, Vec<TrackElement>)> = geometry
         .points
         .iter()
@@ -169,7 +169,7 @@ pub(super) fn reordered_points(geometry: &Geometry) -> Points3D {
 }
 
 /// The largest distance between the pixels of two lenses over the image, in px, where both have one.
-pub(super) fn displacement(one: &Intrinsics, other: &Intrinsics, camera: &Camera) -> f64 {
+pub(crate) fn displacement(one: &Intrinsics, other: &Intrinsics, camera: &Camera) -> f64 {
     let mut most: f64 = 0.0;
     let mut compared = 0;
     for (column, row) in (1..16).flat_map(|column| (1..12).map(move |row| (column, row))) {

@@ -13,14 +13,21 @@ use crate::least_squares::{self, Stop};
 use crate::scene::CameraId;
 use crate::stability::RefinementOptions;
 
-/// How to adjust.
+/// Which intrinsics move.
 #[derive(Args)]
-#[command(next_help_heading = "How to refine")]
-pub(super) struct Adjustment {
+pub(super) struct Moving {
     /// Which intrinsics move: focal, principal-point, extra, all, none, or names; for one camera as in 1:fx,k1
     /// [default: focal,extra]
     #[arg(long, value_name = "[CAMERA:]WHICH,...", value_parser = Wish::parse)]
     refine: Vec<Wish>,
+}
+
+/// How to adjust.
+#[derive(Args)]
+#[command(next_help_heading = "How to refine")]
+pub(super) struct Adjustment {
+    #[command(flatten)]
+    moving: Moving,
 
     /// What is known of an intrinsic beforehand, with its std, as in fx=800+-5; for one camera as in 1:fx=800+-5
     ///
@@ -92,7 +99,7 @@ impl Adjustment {
                 Mode::OnlyLandmarks => bundle::Mode::OnlyLandmarks,
                 Mode::OnlyIntrinsics => bundle::Mode::OnlyIntrinsics,
             },
-            refine: chosen(&self.refine),
+            refine: self.moving.chosen(),
             loss: self.loss,
             priors: self.prior.clone(),
             bounds: self.bound.clone(),
@@ -109,7 +116,7 @@ impl Adjustment {
 
     /// Whether anything but the defaults was asked for.
     pub(super) fn is_asked_for(&self) -> bool {
-        let is_default = self.refine.is_empty()
+        let is_default = self.moving.refine.is_empty()
             && self.loss == Loss::Squared
             && matches!((self.mode, self.stop), (Mode::SelfCalibration, Rule::Decrement));
         !is_default
@@ -120,7 +127,7 @@ impl Adjustment {
         let name = |value: &dyn Fn() -> Option<PossibleValue>| {
             value().map_or_else(String::new, |value| value.get_name().to_owned())
         };
-        let refine = match self.refine.as_slice() {
+        let refine = match self.moving.refine.as_slice() {
             [] => vec!["focal".to_owned(), "extra".to_owned()],
             wishes => wishes.iter().map(Wish::to_string).collect(),
         };
@@ -140,18 +147,22 @@ impl Adjustment {
     }
 }
 
-fn chosen(wishes: &[Wish]) -> Chosen {
-    let mut chosen = Chosen::default();
-    let for_others: Vec<&Wish> = wishes.iter().filter(|wish| wish.camera.is_none()).collect();
-    if !for_others.is_empty() {
-        chosen.others = for_others.iter().flat_map(|wish| wish.which.clone()).collect();
-    }
-    for wish in wishes {
-        if let Some(camera) = wish.camera {
-            chosen.cameras.entry(camera).or_default().extend(wish.which.clone());
+impl Moving {
+    /// The same for the library.
+    pub(super) fn chosen(&self) -> Chosen {
+        let mut chosen = Chosen::default();
+        let for_others: Vec<&Wish> =
+            self.refine.iter().filter(|wish| wish.camera.is_none()).collect();
+        if !for_others.is_empty() {
+            chosen.others = for_others.iter().flat_map(|wish| wish.which.clone()).collect();
         }
+        for wish in &self.refine {
+            if let Some(camera) = wish.camera {
+                chosen.cameras.entry(camera).or_default().extend(wish.which.clone());
+            }
+        }
+        chosen
     }
-    chosen
 }
 
 impl Wish {
@@ -216,7 +227,8 @@ mod tests {
     #[test]
     fn wishes_for_one_camera_leave_the_others_at_the_default() {
         let wish = |text: &str| Wish::parse(text).unwrap();
-        let chosen = chosen(&[wish("1:fx,fy"), wish("2:none"), wish("1:k1")]);
+        let moving = Moving { refine: vec![wish("1:fx,fy"), wish("2:none"), wish("1:k1")] };
+        let chosen = moving.chosen();
         let named = |name: &str| Which::Named(name.to_owned());
         assert_eq!(chosen.of(CameraId(1)), [named("fx"), named("fy"), named("k1")]);
         assert_eq!(chosen.of(CameraId(2)), []);

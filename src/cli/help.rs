@@ -36,6 +36,8 @@ Examples:
       in a CI job: exit code 1 when a camera does not keep the limits
   calibstab refine run/sparse/0 --out refined --refine all --loss cauchy:1
       adjust poses, points and all intrinsics together; outliers count less
+  calibstab select run/sparse/0 --size 20 --out images.txt
+      the 20 images that tell most of the intrinsics, each with the reason; COLMAP reads the list
 
 Exit codes: 0 fine; 1 a limit of `check` was exceeded; 2 bad usage or input; 3 too little data to tell. Results go to stdout, all else to stderr.";
 

@@ -19,6 +19,7 @@ mod output;
 mod refine;
 mod refine_runs;
 mod refined;
+mod select;
 mod synth;
 
 use std::io::Write;
@@ -58,6 +59,7 @@ enum Command {
     Copy(copy::Copy),
     Synth(synth::Synth),
     Refine(refine::Refine),
+    Select(select::Select),
     Explain(explain::Explain),
     Schema(help::Schema),
     Completions(help::Completions),
@@ -95,6 +97,7 @@ impl Cli {
             Command::Copy(command) => command.run(self.quiet),
             Command::Synth(command) => command.run(self.quiet),
             Command::Refine(command) => command.run(out, self.quiet),
+            Command::Select(command) => command.run(out, self.quiet),
             Command::Explain(command) => command.run(out),
             Command::Schema(command) => command.run(out),
             Command::Completions(command) => command.run(out),

@@ -8,6 +8,7 @@ mod keypoints;
 mod plausible;
 mod points;
 mod pose;
+mod subset;
 
 use std::collections::BTreeMap;
 
