@@ -38,6 +38,8 @@ Examples:
       adjust poses, points and all intrinsics together; outliers count less
   calibstab select run/sparse/0 --size 20 --out images.txt
       the 20 images that tell most of the intrinsics, each with the reason; COLMAP reads the list
+  calibstab resample run/sparse/0 --by image:0.5 --out samples && calibstab analyze samples
+      from one reconstruction: how far do calibrations from half of its images disagree?
 
 Exit codes: 0 fine; 1 a limit of `check` was exceeded; 2 bad usage or input; 3 too little data to tell. Results go to stdout, all else to stderr.";
 

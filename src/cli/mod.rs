@@ -19,6 +19,7 @@ mod output;
 mod refine;
 mod refine_runs;
 mod refined;
+mod resample;
 mod select;
 mod synth;
 
@@ -60,6 +61,7 @@ enum Command {
     Synth(synth::Synth),
     Refine(refine::Refine),
     Select(select::Select),
+    Resample(resample::Resample),
     Explain(explain::Explain),
     Schema(help::Schema),
     Completions(help::Completions),
@@ -98,6 +100,7 @@ impl Cli {
             Command::Synth(command) => command.run(self.quiet),
             Command::Refine(command) => command.run(out, self.quiet),
             Command::Select(command) => command.run(out, self.quiet),
+            Command::Resample(command) => command.run(self.quiet),
             Command::Explain(command) => command.run(out),
             Command::Schema(command) => command.run(out),
             Command::Completions(command) => command.run(out),

@@ -138,7 +138,7 @@ impl Synth {
 }
 
 /// What an earlier call left would be taken for a run of this one.
-fn nothing_else_is_there(out: &Path, folders: &[PathBuf]) -> Result<(), Failure> {
+pub(super) fn nothing_else_is_there(out: &Path, folders: &[PathBuf]) -> Result<(), Failure> {
     if !out.exists() {
         return Ok(());
     }
@@ -156,7 +156,7 @@ fn nothing_else_is_there(out: &Path, folders: &[PathBuf]) -> Result<(), Failure>
     }
 }
 
-fn write(scene: &Scene, folder: &Path, form: Form) -> Result<Vec<String>, Failure> {
+pub(super) fn write(scene: &Scene, folder: &Path, form: Form) -> Result<Vec<String>, Failure> {
     match colmap::write(scene, folder, form) {
         Ok(written) => Ok(written.remarks),
         Err(error) => Err(Failure::Input(error.to_string())),

@@ -10,13 +10,12 @@ mod growth;
 mod heuristic;
 mod information;
 mod mapping;
-mod random;
 #[cfg(test)]
 mod tests;
 
 pub use candidates::{Candidates, SIGMA_PX};
 pub use error::SelectionError;
-pub use heuristic::{HEURISTICS, Heuristic, RECOMMENDED, elimination_order};
+pub use heuristic::{HEURISTICS, Heuristic, RANDOM, RECOMMENDED, elimination_order};
 pub use information::Information;
 
 use crate::scene::CameraId;

@@ -4,11 +4,11 @@ use std::collections::BTreeSet;
 
 use nalgebra::{DMatrix, Isometry3, Vector3};
 
-use super::random::Random;
 use super::*;
 use crate::bundle::testing::{World, camera};
 use crate::bundle::{Options, Refine, adjust};
 use crate::scene::{ImageId, Scene};
+use crate::synth::{Purpose, Random};
 
 const LENS: [f64; 4] = [1000.0, 640.0, 480.0, -0.05];
 
@@ -25,7 +25,7 @@ pub(super) fn candidates(scene: &Scene) -> Candidates {
 
 /// Every place once, in an order of chance.
 fn some(count: usize, of: usize, seed: u64) -> Vec<usize> {
-    let mut places = Random::new(seed).order(of);
+    let mut places = Random::new(seed, 0, Purpose::Selection).order(of);
     places.truncate(count);
     places.sort_unstable();
     places
@@ -78,7 +78,7 @@ fn images_that_go_and_come_leave_the_sums_that_are_made_anew() {
     let candidates = candidates(&scene(1, 14, 60));
     let mut count = 0;
     for seed in 0..20 {
-        let order = Random::new(seed).order(14);
+        let order = Random::new(seed, 0, Purpose::Selection).order(14);
         let (inside, outside) = order.split_at(8);
         let system = assembly::System::with_room(&candidates, inside, 1);
         for into in [&outside[..1], &[]] {
@@ -102,7 +102,7 @@ fn one_image_tells_nothing_and_another_never_takes_away() {
     }
     let mut count = 0;
     for seed in 0..30 {
-        let order = Random::new(seed).order(12);
+        let order = Random::new(seed, 0, Purpose::Selection).order(12);
         let size = 2 + usize::try_from(seed).unwrap() % 9;
         let fewer = candidates.information(&order[..size]).matrix;
         let more = candidates.information(&order[..=size]).matrix;

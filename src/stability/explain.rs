@@ -103,7 +103,7 @@ const TEXTS: [Texts; 28] = [
             how well it determines the camera; a lone cameras file does not.",
         found: "Fewer than two runs count, and none has a covariance.",
         advice: "Repeat the reconstruction, with other seeds or, better, other images, and give all runs together. Copies of one \
-            run are no repeats.",
+            run are no repeats. With images and points, `calibstab resample` makes samples out of one reconstruction.",
     },
     Texts {
         id: FindingId::SkippedRun,
@@ -311,7 +311,7 @@ const TEXTS: [Texts; 28] = [
         short: "there are too few runs to tell",
         meaning: "A std from n samples is itself uncertain: from three it may be half or six times the true one.",
         found: "Fewer than {FEW_RUNS} calibrations count; the interval is that of chi-square with n - 1 degrees.",
-        advice: "Give more runs; ten are a good number.",
+        advice: "Give more runs; ten are a good number. `calibstab resample` makes samples out of one reconstruction.",
     },
     Texts {
         id: FindingId::Reading,

@@ -6,6 +6,7 @@ mod frame;
 mod lens;
 mod observe;
 mod random;
+mod redraw;
 mod remarks;
 mod scene;
 mod start;
@@ -16,13 +17,14 @@ use std::f64::consts::PI;
 use nalgebra::{Isometry3, Vector2, Vector3};
 
 pub use lens::camera;
+pub use random::{Purpose, Random};
+pub use redraw::with_redrawn_noise;
 pub use world::{Views, World};
 
 use crate::camera::Intrinsics;
 use crate::scene::{Camera, Scene};
 use frame::Frame;
 use observe::Sightings;
-use random::{Purpose, Random};
 
 /// What to make.
 ///

@@ -21,6 +21,8 @@ pub enum Purpose {
     Noise,
     /// How far off the start is.
     Start,
+    /// Which images are taken out of a reconstruction.
+    Selection,
 }
 
 /// A stream of random numbers.
@@ -77,14 +79,18 @@ impl Random {
         Vector3::from_fn(|_, _| self.normal())
     }
 
+    /// The numbers below `count` in an order of chance.
+    pub fn order(&mut self, count: usize) -> Vec<usize> {
+        let mut keyed: Vec<(u64, usize)> = (0..count).map(|at| (self.bits(), at)).collect();
+        keyed.sort_unstable();
+        keyed.into_iter().map(|(_, at)| at).collect()
+    }
+
     /// This many of the numbers, or all of them, in their order.
     pub fn choose<T>(&mut self, count: usize, from: Vec<T>) -> Vec<T> {
-        let mut drawn: Vec<(u64, usize, T)> =
-            from.into_iter().enumerate().map(|(at, one)| (self.bits(), at, one)).collect();
-        drawn.sort_unstable_by_key(|&(key, at, _)| (key, at));
-        drawn.truncate(count);
-        drawn.sort_unstable_by_key(|&(_, at, _)| at);
-        drawn.into_iter().map(|(_, _, one)| one).collect()
+        let mut is_chosen = vec![false; from.len()];
+        self.order(from.len()).into_iter().take(count).for_each(|at| is_chosen[at] = true);
+        from.into_iter().zip(is_chosen).filter(|(_, chosen)| *chosen).map(|(one, _)| one).collect()
     }
 }
 
@@ -135,13 +141,18 @@ mod tests {
     fn purposes_runs_and_seeds_have_streams_of_their_own() {
         let mut first = std::collections::BTreeSet::new();
         for (seed, run) in [(0, 0), (0, 1), (1, 0), (1, 1), (2, 1), (1, 2)] {
-            for purpose in
-                [Purpose::World, Purpose::Views, Purpose::Sightings, Purpose::Noise, Purpose::Start]
-            {
+            for purpose in [
+                Purpose::World,
+                Purpose::Views,
+                Purpose::Sightings,
+                Purpose::Noise,
+                Purpose::Start,
+                Purpose::Selection,
+            ] {
                 first.insert(Random::new(seed, run, purpose).bits());
             }
         }
-        assert_eq!(first.len(), 30);
+        assert_eq!(first.len(), 36);
     }
 
     #[test]

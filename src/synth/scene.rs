@@ -15,7 +15,7 @@ use crate::scene::{
 const COLOUR: [u8; 3] = [128; 3];
 
 /// What COLMAP writes for an error that was not computed.
-const NO_ERROR: f64 = -1.0;
+pub(super) const NO_ERROR: f64 = -1.0;
 
 impl Estimate {
     /// The scene in which these pixels are seen, its images named as if so many had been taken before.

@@ -31,7 +31,7 @@ pub struct Heuristic {
 pub const HEURISTICS: &[Heuristic] = &[
     window::WINDOW,
     stride::STRIDE,
-    random::RANDOM,
+    RANDOM,
     most_observations::MOST_OBSERVATIONS,
     coverage::COVERAGE,
     directions::DIRECTIONS,
@@ -40,6 +40,9 @@ pub const HEURISTICS: &[Heuristic] = &[
     d_optimal::D_OPTIMAL,
     mapping_error::MAPPING_ERROR,
 ];
+
+/// By chance: what others must beat.
+pub const RANDOM: Heuristic = random::RANDOM;
 
 /// The one that is taken when none is asked for.
 pub const RECOMMENDED: &str = "d-optimal";

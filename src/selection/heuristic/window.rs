@@ -2,9 +2,9 @@
 
 use super::super::field::Field;
 use super::super::growth::Growth;
-use super::super::random::Random;
 use super::super::{Choice, SelectionError};
 use super::Heuristic;
+use crate::synth::{Purpose, Random};
 
 pub(super) const WINDOW: Heuristic = Heuristic {
     name: "window",
@@ -15,7 +15,7 @@ pub(super) const WINDOW: Heuristic = Heuristic {
 fn choose(field: &Field<'_>) -> Result<Vec<Choice>, SelectionError> {
     let sequence = field.sequence();
     let count = sequence.len();
-    let start = Random::new(field.seed).order(count - field.size + 1)[0];
+    let start = Random::new(field.seed, 0, Purpose::Selection).order(count - field.size + 1)[0];
     // Steps from the start; what comes before it counts on from the end.
     let mut steps = vec![0; count];
     for (place, &group) in sequence.iter().enumerate() {
