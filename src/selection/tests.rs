@@ -157,7 +157,7 @@ fn every_heuristic_keeps_its_promises() {
     }
     assert_eq!(count, 3 * HEURISTICS.len());
     let names: BTreeSet<_> = HEURISTICS.iter().map(|heuristic| heuristic.name).collect();
-    assert_eq!(names.len(), 10);
+    assert_eq!(names.len(), 11);
     assert!(Heuristic::named(RECOMMENDED).is_some());
 }
 
@@ -214,7 +214,7 @@ fn a_car_that_stands_is_passed_over() {
     let stands = |image: usize| image == 0 || image >= 12;
     let standing: Vec<usize> = (0..24).filter(|&image| stands(image)).collect();
     assert!(candidates.information(&standing).covariance(&[0, 1, 2, 3]).is_none());
-    for heuristic in ["mapping-error", "d-optimal", "directions", "baseline"] {
+    for heuristic in ["mapping-error", "growing-error", "d-optimal", "directions", "baseline"] {
         let count = planted(heuristic, &candidates, (6, 0), stands);
         assert!(count <= 1, "{heuristic} takes {count} of a car that stands");
     }
@@ -234,9 +234,11 @@ fn the_few_images_that_see_corners_are_found() {
     }
     let candidates = candidates(&world.scene());
     let is_corner = |image: usize| CORNERS.contains(&image);
-    for heuristic in ["mapping-error", "d-optimal", "coverage"] {
+    // What is built up one by one may pass over one whose worth shows with others only.
+    let least = [("mapping-error", 4), ("d-optimal", 4), ("coverage", 4), ("growing-error", 3)];
+    for (heuristic, least) in least {
         let count = planted(heuristic, &candidates, (8, 0), is_corner);
-        assert_eq!(count, 4, "{heuristic}");
+        assert!(count >= least, "{heuristic}: {count}");
     }
     assert!(planted_by_chance(&candidates, 8, is_corner) < 2.0);
 }

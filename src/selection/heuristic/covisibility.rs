@@ -12,11 +12,10 @@ pub(super) const COVISIBILITY: Heuristic = Heuristic {
 };
 
 fn choose(field: &Field<'_>) -> Result<Vec<Choice>, SelectionError> {
-    let partners = |point: &usize| field.seen_by(*point).len().saturating_sub(1);
     Growth::by_score(
         field,
         |growth, group| match growth.chosen.is_empty() {
-            true => field.groups[group].points.iter().map(partners).sum::<usize>() as f64,
+            true => partner_count(field, group) as f64,
             false => growth.shared(group) as f64,
         },
         |growth, _, gain| match growth.chosen.is_empty() {
@@ -24,4 +23,10 @@ fn choose(field: &Field<'_>) -> Result<Vec<Choice>, SelectionError> {
             false => format!("shares {gain} points with those chosen before"),
         },
     )
+}
+
+/// How many times others see the points of a group.
+pub(super) fn partner_count(field: &Field<'_>, group: usize) -> usize {
+    let partners = |point: &usize| field.seen_by(*point).len().saturating_sub(1);
+    field.groups[group].points.iter().map(partners).sum()
 }

@@ -5,6 +5,7 @@ mod coverage;
 mod covisibility;
 mod d_optimal;
 mod directions;
+mod growing_error;
 mod mapping_error;
 mod most_observations;
 mod random;
@@ -38,6 +39,7 @@ pub const HEURISTICS: &[Heuristic] = &[
     baseline::BASELINE,
     covisibility::COVISIBILITY,
     d_optimal::D_OPTIMAL,
+    growing_error::GROWING_ERROR,
     mapping_error::MAPPING_ERROR,
 ];
 
@@ -45,7 +47,7 @@ pub const HEURISTICS: &[Heuristic] = &[
 pub const RANDOM: Heuristic = random::RANDOM;
 
 /// The one that is taken when none is asked for.
-pub const RECOMMENDED: &str = "d-optimal";
+pub const RECOMMENDED: &str = "growing-error";
 
 impl Heuristic {
     /// The one of this name.
