@@ -142,8 +142,11 @@ pub(super) fn summary(outcome: &Outcome) -> String {
     let ending = reason(outcome.reason);
     // Writing to a string cannot fail.
     let _ = writeln!(text, "{images} images, {points} points, {observations} observations");
-    let _ =
-        writeln!(text, "{ending} after {iterations} steps: cost {initial_cost:.6e} -> {cost:.9e}");
+    let steps = if *iterations == 1 { "step" } else { "steps" };
+    let _ = writeln!(
+        text,
+        "{ending} after {iterations} {steps}: cost {initial_cost:.6e} -> {cost:.9e}"
+    );
     let (unknowns, rank) = (outcome.unknowns, outcome.rank);
     let _ = write!(text, "{unknowns} unknowns, of which {rank} are determined");
     if let Some(sigma) = outcome.sigma_px {

@@ -1,7 +1,9 @@
 //! What the adjustments predict, in sentences.
 
 use super::number;
-use crate::stability::{Consistency, Direction, MOST_BIRGE, Parameter, ParameterClass, Population};
+use crate::stability::{
+    Consistency, Direction, MOST_BIRGE, Parameter, ParameterClass, Population, p_in_words,
+};
 
 /// A parameter that takes less part in a direction than this share of its std is not named.
 const LEAST_PART: f64 = 0.3;
@@ -32,16 +34,15 @@ pub(super) fn birge_words(population: &Population) -> Option<String> {
     let prediction = population.prediction.as_ref()?;
     let Consistency { degrees, found, independent, .. } = prediction.consistency.as_ref()?;
     let mut words = format!(
-        "Birge ratio {:.2} (T = {} on {degrees} degrees, p = {})",
+        "Birge ratio {:.2} (T = {} on {degrees} degrees, {})",
         found.birge,
         number::computed(found.statistic),
-        probability(found.p)
+        p_in_words(found.p)
     );
     let told = independent.unwrap_or(*found);
     if let Some(ratio) = independent.filter(|other| is_another(other.birge, found.birge)) {
-        let p = probability(ratio.p);
-        words
-            .push_str(&format!(", corrected for what the runs share {:.2} (p = {p})", ratio.birge));
+        let p = p_in_words(ratio.p);
+        words.push_str(&format!(", corrected for what the runs share {:.2} ({p})", ratio.birge));
     }
     words.push_str(match told.birge > MOST_BIRGE {
         true => ": more varies between the runs than the noise of their keypoints",
@@ -53,16 +54,6 @@ pub(super) fn birge_words(population: &Population) -> Option<String> {
 /// Whether a number is worth being told beside another one.
 fn is_another(value: f64, beside: f64) -> bool {
     (value / beside - 1.0).abs() > 0.005
-}
-
-fn probability(p: f64) -> String {
-    if p < 1e-99 {
-        "less than 1e-99".to_owned()
-    } else if p < 1e-3 {
-        format!("{p:.0e}")
-    } else {
-        format!("{p:.3}")
-    }
 }
 
 /// What the mean covariance leaves most and least visible in the image.

@@ -47,5 +47,6 @@ pub use prediction::{Consistency, Direction, PredictedSpread, Prediction, Ratio,
 pub use refinement::{
     Adjustment, AsLeft, LeftSpread, RefinedCamera, Refinement, RefinementOptions, Stopped,
 };
+pub use remarks::p_in_words;
 pub use run::Run;
 pub use verdict::{Reason, Verdict, VerdictKind};

@@ -14,6 +14,17 @@ pub(super) fn of_group(id: FindingId, group: &str, text: String) -> Finding {
     Finding { id, group: Some(group.to_owned()), camera: None, runs: Vec::new(), text }
 }
 
+/// A p-value as text: `p = 3e-77`, and what is beyond telling from none as `p < 1e-99`.
+pub fn p_in_words(p: f64) -> String {
+    if p < 1e-99 {
+        "p < 1e-99".to_owned()
+    } else if p < 1e-3 {
+        format!("p = {p:.0e}")
+    } else {
+        format!("p = {p:.3}")
+    }
+}
+
 pub(super) fn skipped(skipped: &[Skipped]) -> Vec<Finding> {
     let finding = |Skipped { path, reason }: &Skipped| {
         let reason = reason.lines().next().unwrap_or_default();

@@ -1,8 +1,10 @@
 //! What a form cannot hold, and what COLMAP will not read back, found before any file is made.
 
+use std::collections::BTreeMap;
+
 use super::super::Form;
 use super::WriteError;
-use crate::scene::{Geometry, Image, ImageId, Mounting, Pose, Scene};
+use crate::scene::{CameraId, Geometry, Image, ImageId, Mounting, Pose, Scene};
 
 /// Refuses what would not come back, and remarks on what would not come back through COLMAP.
 pub fn check(scene: &Scene, form: Form) -> Result<Vec<String>, WriteError> {
@@ -23,8 +25,9 @@ pub fn check(scene: &Scene, form: Form) -> Result<Vec<String>, WriteError> {
     Ok(remarks)
 }
 
+/// One remark a model, however many cameras have it.
 fn own_models(scene: &Scene, form: Form) -> Result<Vec<String>, WriteError> {
-    let mut remarks = Vec::new();
+    let mut own: BTreeMap<&str, Vec<CameraId>> = BTreeMap::new();
     for (&camera, found) in &scene.cameras {
         let model = found.intrinsics.model();
         match (model.colmap_id, form) {
@@ -32,13 +35,18 @@ fn own_models(scene: &Scene, form: Form) -> Result<Vec<String>, WriteError> {
             (None, Form::Binary) => {
                 return Err(WriteError::NoModelId { camera, model: model.name });
             }
-            (None, Form::Text) => remarks.push(format!(
-                "camera {camera}: {} is calibstab's own, COLMAP will not read this model",
-                model.name
-            )),
+            (None, Form::Text) => own.entry(model.name).or_default().push(camera),
         }
     }
-    Ok(remarks)
+    let remark = |(model, cameras): (&str, Vec<CameraId>)| {
+        let whose = match cameras.as_slice() {
+            [camera] => format!("camera {camera}"),
+            [first, others @ ..] => format!("camera {first} and {} more", others.len()),
+            [] => return None,
+        };
+        Some(format!("{whose}: {model} is calibstab's own, COLMAP will not read this model"))
+    };
+    Ok(own.into_iter().filter_map(remark).collect())
 }
 
 /// Whether the name comes back: in text it is all that is left of a line, in binary all before a zero byte.

@@ -2,7 +2,7 @@
 
 use super::held::{HeldClass, LEAST_EFFECT_PX, MOST_P};
 use super::population::HeldTest;
-use crate::stability::remarks::of_camera;
+use crate::stability::remarks::{of_camera, p_in_words};
 use crate::stability::{Finding, FindingId, Population};
 
 /// What there is to say of one population.
@@ -26,10 +26,10 @@ fn held(one: &Population, test: &HeldTest) -> Option<Finding> {
         HeldClass::OneFocal => "one focal length for both directions",
         HeldClass::NextRadial => "a lens without the next radial term",
     };
-    let (p, n, camera) = (test.p, test.n, &one.camera);
+    let (p, n, camera) = (p_in_words(test.p), test.n, &one.camera);
     let text = format!(
         "{camera}: {what} does not fit: freed, it moves the lens by {px:.2} px{focal} \
-         ({}; p = {p:.0e}, median of {n} runs)",
+         ({}; {p}, median of {n} runs)",
         moved.join(", ")
     );
     Some(of_camera(FindingId::HeldParameter, one, Vec::new(), text))
