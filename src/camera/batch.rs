@@ -210,10 +210,17 @@ mod tests {
                 };
                 let Some(at) = M::linearize(params, &point) else {
                     assert!(pixel.is_none() && wrt_params[2 * N * index].is_nan());
+                    assert!(self.camera.linearize(&point).is_none());
                     continue;
                 };
                 count += 1;
                 assert_eq!(Some(at.pixel), pixel);
+                let padded = self.camera.linearize(&point).unwrap();
+                assert_eq!((padded.pixel, padded.wrt_point), (at.pixel, at.wrt_point));
+                assert_eq!(padded.wrt_params.columns(0, N), at.wrt_params);
+                assert!(
+                    padded.wrt_params.columns_range(N..).iter().all(|zero| zero.to_bits() == 0)
+                );
                 for row in 0..2 {
                     for column in 0..3 {
                         let want = at.wrt_point[(row, column)].to_bits();

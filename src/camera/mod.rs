@@ -19,7 +19,7 @@ mod validity;
 
 use std::f64::consts::PI;
 
-use nalgebra::{Vector2, Vector3};
+use nalgebra::{SMatrix, Vector2, Vector3};
 
 pub use batch::LinearizedSlices;
 pub use error::{CameraError, ModelName};
@@ -136,6 +136,18 @@ macro_rules! models {
             all
         }
 
+        /// The parameters of the model that has most.
+        pub const MOST_PARAMS: usize = {
+            let (counts, mut most, mut index) = ([$($n),+], 0, 0);
+            while index < counts.len() {
+                if counts[index] > most {
+                    most = counts[index];
+                }
+                index += 1;
+            }
+            most
+        };
+
         /// Every camera model, COLMAP's first, in the order of their ids.
         pub static MODELS: &[Model] = &[$($Model::MODEL),+];
 
@@ -234,6 +246,14 @@ impl Intrinsics {
         self.visit(Unproject(pixel)).ok_or_else(unseen)
     }
 
+    /// The pixel of a point in camera coordinates, and its derivatives; none where `project` is an error. Columns of parameters that
+    /// the model does not have are zero.
+    ///
+    /// For what need not be compiled anew for every model, and is not asked millions of times: a [`Job`] asks only once.
+    pub fn linearize(&self, point: &Vector3<f64>) -> Option<Linearized<MOST_PARAMS>> {
+        self.visit(Linearize(point))
+    }
+
     /// The largest angle from the optical axis, in radians, that the lens sees without folding, decentring aside.
     pub fn largest_angle(&self) -> f64 {
         self.visit(LargestAngle)
@@ -247,6 +267,19 @@ impl Job for Project<'_> {
 
     fn run<M: CameraModel<N>, const N: usize>(self, params: &[f64; N]) -> Self::Output {
         M::project(params, self.0)
+    }
+}
+
+struct Linearize<'a>(&'a Vector3<f64>);
+
+impl Job for Linearize<'_> {
+    type Output = Option<Linearized<MOST_PARAMS>>;
+
+    fn run<M: CameraModel<N>, const N: usize>(self, params: &[f64; N]) -> Self::Output {
+        let Linearized { pixel, wrt_point, wrt_params } = M::linearize(params, self.0)?;
+        let mut padded = SMatrix::<f64, 2, MOST_PARAMS>::zeros();
+        padded.columns_mut(0, N).copy_from(&wrt_params);
+        Some(Linearized { pixel, wrt_point, wrt_params: padded })
     }
 }
 

@@ -2,10 +2,10 @@
 //!
 //! Seen pixels surround the principal point, and whoever goes away from it leaves them once.
 
-use nalgebra::{Matrix2x3, Vector2, Vector3};
+use nalgebra::{Vector2, Vector3};
 
 use super::lens::largest;
-use super::{CameraModel, Intrinsics, Job, Project, Unproject};
+use super::{Intrinsics, Project, Unproject};
 
 impl Intrinsics {
     /// How far from the principal point, in px, the lens folds in a direction of the image; none where it does not.
@@ -81,19 +81,9 @@ impl Intrinsics {
 
     /// How fast the ray turns, in radians a px, as the pixel moves in a direction.
     fn speed(&self, pixel: &Vector2<f64>, direction: &Vector2<f64>) -> Option<f64> {
-        let wrt_point = self.visit(WrtPoint(&self.visit(Unproject(pixel))?))?;
+        let wrt_point = self.linearize(&self.visit(Unproject(pixel))?)?.wrt_point;
         let pixel_per_ray = wrt_point * wrt_point.transpose();
         Some(direction.dot(&(pixel_per_ray.try_inverse()? * direction)).sqrt())
-    }
-}
-
-struct WrtPoint<'a>(&'a Vector3<f64>);
-
-impl Job for WrtPoint<'_> {
-    type Output = Option<Matrix2x3<f64>>;
-
-    fn run<M: CameraModel<N>, const N: usize>(self, params: &[f64; N]) -> Self::Output {
-        Some(M::linearize(params, self.0)?.wrt_point)
     }
 }
 

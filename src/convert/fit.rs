@@ -1,6 +1,6 @@
 //! The camera whose pixels are nearest to those that see some rays.
 
-use crate::camera::{CameraModel, Intrinsics, Job, Model, Pair};
+use crate::camera::{Intrinsics, MOST_PARAMS, Model, Pair};
 use crate::least_squares::{NormalEquations, Options, Problem, Reason, Step, minimize};
 
 /// The end of a fit.
@@ -35,7 +35,7 @@ pub(super) fn fit(start: &Intrinsics, pairs: &[Pair]) -> Option<Fitted> {
 
 /// The mean of the squared errors, in px^2; none where a ray is not seen.
 pub(super) fn mean_square(camera: &Intrinsics, pairs: &[Pair]) -> Option<f64> {
-    let sum = 2.0 * camera.visit(HalfSquares(pairs))?;
+    let sum = 2.0 * half_squares(camera, pairs)?;
     Some(sum / pairs.len() as f64).filter(|mean| mean.is_finite())
 }
 
@@ -74,14 +74,25 @@ impl Problem for Lens<'_> {
     type State = Vec<f64>;
 
     fn cost(&mut self, state: &Vec<f64>) -> Option<f64> {
-        let cost = self.camera(state)?.visit(HalfSquares(self.pairs))?;
+        let cost = half_squares(&self.camera(state)?, self.pairs)?;
         Some(cost).filter(|cost| cost.is_finite())
     }
 
     fn linearize(&mut self, state: &Vec<f64>) {
         self.normal.clear();
-        if let Some(camera) = self.camera(state) {
-            camera.visit(AddRows { pairs: self.pairs, held: &self.held, normal: &mut self.normal });
+        let Some(camera) = self.camera(state) else { return };
+        // A state without a cost is never linearised: every ray is seen.
+        for (ray, pixel) in self.pairs {
+            let Some(at) = camera.linearize(ray) else { continue };
+            let error = at.pixel - pixel;
+            for axis in 0..2 {
+                let effect = |index: usize| at.wrt_params[(axis, index)];
+                let row: [f64; MOST_PARAMS] = std::array::from_fn(|index| {
+                    let is_held = self.held.get(index).is_none_or(|held| *held);
+                    if is_held { 0.0 } else { effect(index) }
+                });
+                self.normal.add(error[axis], &row[..self.held.len()]);
+            }
         }
     }
 
@@ -106,39 +117,7 @@ impl Problem for Lens<'_> {
 }
 
 /// Half the sum of the squared errors; none where a ray is not seen.
-struct HalfSquares<'a>(&'a [Pair]);
-
-impl Job for HalfSquares<'_> {
-    type Output = Option<f64>;
-
-    fn run<M: CameraModel<N>, const N: usize>(self, params: &[f64; N]) -> Option<f64> {
-        let half =
-            |(ray, pixel): &Pair| Some(0.5 * (M::project(params, ray)? - pixel).norm_squared());
-        self.0.iter().map(half).sum()
-    }
-}
-
-/// Adds the errors and their derivatives to the normal equations.
-struct AddRows<'a> {
-    pairs: &'a [Pair],
-    held: &'a [bool],
-    normal: &'a mut NormalEquations,
-}
-
-impl Job for AddRows<'_> {
-    type Output = ();
-
-    fn run<M: CameraModel<N>, const N: usize>(self, params: &[f64; N]) {
-        // A state without a cost is never linearised: every ray is seen.
-        for (ray, pixel) in self.pairs {
-            let Some(at) = M::linearize(params, ray) else { continue };
-            let error = at.pixel - pixel;
-            for axis in 0..2 {
-                let effect = |index: usize| at.wrt_params[(axis, index)];
-                let row: [f64; N] =
-                    std::array::from_fn(|index| if self.held[index] { 0.0 } else { effect(index) });
-                self.normal.add(error[axis], &row);
-            }
-        }
-    }
+fn half_squares(camera: &Intrinsics, pairs: &[Pair]) -> Option<f64> {
+    let half = |(ray, pixel): &Pair| Some(0.5 * (camera.project(ray).ok()? - pixel).norm_squared());
+    pairs.iter().map(half).sum()
 }

@@ -1,9 +1,9 @@
 //! Where a fit starts.
 
-use nalgebra::{Vector2, Vector3};
+use nalgebra::Vector2;
 
 use super::fit::mean_square;
-use crate::camera::{CameraModel, Intrinsics, Job, Model, Pair, Param, ParamClass};
+use crate::camera::{Intrinsics, Model, Pair, Param, ParamClass};
 
 /// Focal lengths to start from are those that the source has on its axis, times 2^(n / 2) for n up to this, either way: lenses
 /// that bend strongly there, as FOV does, call another length so.
@@ -19,7 +19,7 @@ pub(super) fn starts(
     target: &'static Model,
     pairs: &[Pair],
 ) -> Vec<Intrinsics> {
-    let Some((centre, focals)) = source.visit(OnAxis(source.optical_axis())) else {
+    let Some((centre, focals)) = on_axis(source) else {
         return Vec::new();
     };
     let some: Vec<Pair> = pairs.iter().step_by(1 + pairs.len() / MOST_PAIRS).copied().collect();
@@ -54,13 +54,7 @@ pub(super) fn undistorted(
 }
 
 /// The principal point, and the focal lengths there: px per radian along x and y.
-struct OnAxis(Vector3<f64>);
-
-impl Job for OnAxis {
-    type Output = Option<(Vector2<f64>, Vector2<f64>)>;
-
-    fn run<M: CameraModel<N>, const N: usize>(self, params: &[f64; N]) -> Self::Output {
-        let at = M::linearize(params, &self.0)?;
-        Some((at.pixel, Vector2::new(at.wrt_point[(0, 0)].abs(), at.wrt_point[(1, 1)].abs())))
-    }
+fn on_axis(camera: &Intrinsics) -> Option<(Vector2<f64>, Vector2<f64>)> {
+    let at = camera.linearize(&camera.optical_axis())?;
+    Some((at.pixel, Vector2::new(at.wrt_point[(0, 0)].abs(), at.wrt_point[(1, 1)].abs())))
 }

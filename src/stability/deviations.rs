@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::Population;
 use super::spread::aligned_deviations;
-use crate::camera::{CameraModel, Grid, Intrinsics, Job, Model};
+use crate::camera::{Grid, Intrinsics, Model};
 
 /// Deviations in px of the cameras of some groups, over the cells that all of them see.
 #[derive(Debug)]
@@ -122,34 +122,16 @@ type Field = Vec<Option<Vector2<f64>>>;
 
 /// The deviations of peers from their consensus, the mean of their rays at each cell.
 fn fields(peers: &[Member], pixels: &[Vector2<f64>]) -> Vec<Field> {
-    let rays: Vec<Vec<Option<Vector3<f64>>>> =
-        peers.par_iter().map(|peer| peer.camera.visit(Unprojected(pixels))).collect();
+    let rays: Vec<Vec<Option<Vector3<f64>>>> = peers
+        .par_iter()
+        .map(|peer| pixels.iter().map(|at| peer.camera.unproject(at).ok()).collect())
+        .collect();
     let consensus: Vec<Option<Vector3<f64>>> = (0..pixels.len())
         .map(|cell| rays.iter().map(|rays| rays[cell]).sum::<Option<Vector3<f64>>>())
         .collect();
-    peers.par_iter().map(|peer| peer.camera.visit(Deviating(pixels, &consensus))).collect()
-}
-
-struct Unprojected<'a>(&'a [Vector2<f64>]);
-
-impl Job for Unprojected<'_> {
-    type Output = Vec<Option<Vector3<f64>>>;
-
-    fn run<M: CameraModel<N>, const N: usize>(self, params: &[f64; N]) -> Self::Output {
-        let unit = |pixel| Some(M::unproject(params, pixel)?.normalize());
-        self.0.iter().map(unit).collect()
-    }
-}
-
-struct Deviating<'a>(&'a [Vector2<f64>], &'a [Option<Vector3<f64>>]);
-
-impl Job for Deviating<'_> {
-    type Output = Field;
-
-    fn run<M: CameraModel<N>, const N: usize>(self, params: &[f64; N]) -> Self::Output {
-        let deviation = |(pixel, ray): (&Vector2<f64>, &Option<Vector3<f64>>)| {
-            Some(M::project(params, ray.as_ref()?)? - pixel)
-        };
-        self.0.iter().zip(self.1).map(deviation).collect()
-    }
+    let deviation = |camera: &Intrinsics, at: usize| {
+        Some(camera.project(consensus[at].as_ref()?).ok()? - pixels[at])
+    };
+    let field = |peer: &Member| (0..pixels.len()).map(|at| deviation(&peer.camera, at)).collect();
+    peers.par_iter().map(field).collect()
 }

@@ -1,7 +1,7 @@
 //! What one standard deviation of a parameter does in the image, so that unlike parameters compare.
 
 use super::Parameter;
-use crate::camera::{CameraModel, Grid, Intrinsics, Job, Model};
+use crate::camera::{Grid, Intrinsics, Model};
 use crate::stats::Sorted;
 
 /// Fills in the std in px of every parameter that has statistics; gives the share of the image that it is over.
@@ -11,7 +11,7 @@ pub(super) fn fill_std_px(
     parameters: &mut [Parameter],
 ) -> Option<f64> {
     let grid = Grid::new(width, height);
-    let Effects { seen_count, squares } = mean_camera(model, parameters)?.visit(EffectsOver(grid));
+    let Effects { seen_count, squares } = Effects::over(&grid, &mean_camera(model, parameters)?);
     for (parameter, squares) in parameters.iter_mut().zip(squares) {
         let Some(statistics) = &mut parameter.statistics else { continue };
         let px_per_unit = (squares / seen_count as f64).sqrt();
@@ -49,22 +49,18 @@ struct Effects {
     squares: Vec<f64>,
 }
 
-struct EffectsOver(Grid);
-
-impl Job for EffectsOver {
-    type Output = Effects;
-
-    fn run<M: CameraModel<N>, const N: usize>(self, params: &[f64; N]) -> Effects {
+impl Effects {
+    fn over(grid: &Grid, camera: &Intrinsics) -> Self {
         let mut seen_count = 0;
-        let mut squares = vec![0.0; N];
-        let rays = self.0.pixels().filter_map(|pixel| M::unproject(params, &pixel));
-        for seen in rays.filter_map(|ray| M::linearize(params, &ray)) {
+        let mut squares = vec![0.0; camera.params().len()];
+        let rays = grid.pixels().filter_map(|pixel| camera.unproject(&pixel).ok());
+        for seen in rays.filter_map(|ray| camera.linearize(&ray)) {
             seen_count += 1;
             for (sum, column) in squares.iter_mut().zip(seen.wrt_params.column_iter()) {
                 *sum += column.norm_squared();
             }
         }
-        Effects { seen_count, squares }
+        Self { seen_count, squares }
     }
 }
 

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use super::held::HeldClass;
 use crate::bundle::CameraOutcome;
-use crate::camera::{CameraModel, Intrinsics, Job, MODELS, Model, Param, ParamClass};
+use crate::camera::{Intrinsics, MODELS, Model, Param, ParamClass};
 use crate::convert::{Contained, contained};
 
 /// A camera in a model in which a class of parameters can be freed.
@@ -74,16 +74,7 @@ fn radial_order(param: &Param) -> Option<u32> {
 
 /// How a pixel changes with each parameter, by x and by y; none where the point is not seen.
 pub(super) fn derivatives(camera: &Intrinsics, point: &Vector3<f64>) -> Option<[Vec<f64>; 2]> {
-    camera.visit(Derivatives(point))
-}
-
-struct Derivatives<'a>(&'a Vector3<f64>);
-
-impl Job for Derivatives<'_> {
-    type Output = Option<[Vec<f64>; 2]>;
-
-    fn run<M: CameraModel<N>, const N: usize>(self, params: &[f64; N]) -> Self::Output {
-        let seen = M::linearize(params, self.0)?;
-        Some([0, 1].map(|axis| seen.wrt_params.row(axis).iter().copied().collect()))
-    }
+    let seen = camera.linearize(point)?;
+    let count = camera.params().len();
+    Some([0, 1].map(|axis| seen.wrt_params.row(axis).iter().take(count).copied().collect()))
 }

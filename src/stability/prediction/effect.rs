@@ -4,7 +4,7 @@
 
 use nalgebra::{DMatrix, Matrix3, Vector2};
 
-use crate::camera::{CameraModel, Intrinsics, Job};
+use crate::camera::Intrinsics;
 
 /// G, two rows a pixel and a column for each free parameter; none where a pixel has no ray, or the pixels do not tell a rotation.
 pub(super) fn effect(
@@ -12,36 +12,21 @@ pub(super) fn effect(
     free: &[usize],
     pixels: &[Vector2<f64>],
 ) -> Option<DMatrix<f64>> {
-    let (by_turn, by_params) = camera.visit(Blocks { free, pixels })?;
+    let mut by_turn = DMatrix::zeros(2 * pixels.len(), 3);
+    let mut by_params = DMatrix::zeros(2 * pixels.len(), free.len());
+    for (index, pixel) in pixels.iter().enumerate() {
+        let ray = camera.unproject(pixel).ok()?;
+        let seen = camera.linearize(&ray)?;
+        let turn = -seen.wrt_point * ray.cross_matrix();
+        by_turn.fixed_view_mut::<2, 3>(2 * index, 0).copy_from(&turn);
+        for (column, &place) in free.iter().enumerate() {
+            let mut target = by_params.fixed_view_mut::<2, 1>(2 * index, column);
+            target.copy_from(&seen.wrt_params.column(place));
+        }
+    }
     let square: Matrix3<f64> = (by_turn.transpose() * &by_turn).fixed_view::<3, 3>(0, 0).into();
     let turns = square.try_inverse()? * by_turn.tr_mul(&by_params);
     Some(by_params - by_turn * turns)
-}
-
-/// A and B.
-struct Blocks<'a> {
-    free: &'a [usize],
-    pixels: &'a [Vector2<f64>],
-}
-
-impl Job for Blocks<'_> {
-    type Output = Option<(DMatrix<f64>, DMatrix<f64>)>;
-
-    fn run<M: CameraModel<N>, const N: usize>(self, params: &[f64; N]) -> Self::Output {
-        let mut by_turn = DMatrix::zeros(2 * self.pixels.len(), 3);
-        let mut by_params = DMatrix::zeros(2 * self.pixels.len(), self.free.len());
-        for (index, pixel) in self.pixels.iter().enumerate() {
-            let ray = M::unproject(params, pixel)?.try_normalize(0.0)?;
-            let seen = M::linearize(params, &ray)?;
-            let turn = -seen.wrt_point * ray.cross_matrix();
-            by_turn.fixed_view_mut::<2, 3>(2 * index, 0).copy_from(&turn);
-            for (column, &place) in self.free.iter().enumerate() {
-                let mut target = by_params.fixed_view_mut::<2, 1>(2 * index, column);
-                target.copy_from(&seen.wrt_params.column(place));
-            }
-        }
-        Some((by_turn, by_params))
-    }
 }
 
 /// The variance of each pixel for parameters of this covariance, in px^2: tr(G Sigma G^T).
