@@ -85,11 +85,14 @@ impl Job for ProjectAll<'_> {
     type Output = usize;
 
     fn run<M: CameraModel<N>, const N: usize>(self, params: &[f64; N]) -> usize {
-        let [px, py] = self.pixels;
-        project_at_once::<M, N>(params, self.points, [px, py]);
+        // A copy, which no pixel that is written can change.
+        let (params, [px, py]) = (&params.clone(), self.pixels);
+        if M::AT_ONCE {
+            project_at_once::<M, N>(params, self.points, [px, py]);
+        }
         let mut seen = 0;
         for (point, (px, py)) in vectors(self.points).zip(px.iter_mut().zip(py)) {
-            if px.is_nan() {
+            if !M::AT_ONCE || px.is_nan() {
                 let pixel = M::project(params, &point);
                 [*px, *py] = pixel.map_or([f64::NAN; 2], Into::into);
             }
@@ -106,7 +109,7 @@ fn project_at_once<M: CameraModel<N>, const N: usize>(
     [x, y, z]: [&[f64]; 3],
     [px, py]: [&mut [f64]; 2],
 ) {
-    // A copy, which no pixel that is written can change, and slices of one length, so that no index is checked.
+    // A copy, as above, and slices of one length, so that no index is checked.
     let (params, count) = (&params.clone(), x.len());
     let (y, z, px, py) = (&y[..count], &z[..count], &mut px[..count], &mut py[..count]);
     for index in 0..count {
@@ -126,15 +129,37 @@ impl Job for UnprojectAll<'_> {
     type Output = usize;
 
     fn run<M: CameraModel<N>, const N: usize>(self, params: &[f64; N]) -> usize {
-        let [px, py] = self.pixels;
-        let [x, y, z] = self.rays;
+        let (params, [px, py], [x, y, z]) = (&params.clone(), self.pixels, self.rays);
+        if M::AT_ONCE {
+            unproject_at_once::<M, N>(params, [px, py], [x, y, z]);
+        }
         let mut seen = 0;
         for ((px, py), ((x, y), z)) in px.iter().zip(py).zip(x.iter_mut().zip(y).zip(z)) {
-            let ray = unit_ray::<M, N>(params, &Vector2::new(*px, *py));
-            seen += usize::from(ray.is_some());
-            [*x, *y, *z] = ray.map_or([f64::NAN; 3], Into::into);
+            if !M::AT_ONCE || x.is_nan() {
+                let ray = unit_ray::<M, N>(params, &Vector2::new(*px, *py));
+                [*x, *y, *z] = ray.map_or([f64::NAN; 3], Into::into);
+            }
+            seen += usize::from(!x.is_nan());
         }
         seen
+    }
+}
+
+/// The unit rays that are surely right, and NaN for the others.
+#[multiversion(targets("x86_64+avx2"))]
+fn unproject_at_once<M: CameraModel<N>, const N: usize>(
+    params: &[f64; N],
+    [px, py]: [&[f64]; 2],
+    [x, y, z]: [&mut [f64]; 3],
+) {
+    let (params, count) = (&params.clone(), px.len());
+    let (py, x, y, z) = (&py[..count], &mut x[..count], &mut y[..count], &mut z[..count]);
+    for index in 0..count {
+        let (ray, is_sure) = M::unproject_at_once(params, &Vector2::new(px[index], py[index]));
+        let length = ray.norm();
+        let (ray, has_length) = (ray / length, length > 0.0 && length < f64::INFINITY);
+        x[index] = if is_sure && has_length { ray.x } else { f64::NAN };
+        [y[index], z[index]] = [ray.y, ray.z];
     }
 }
 

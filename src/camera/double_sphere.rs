@@ -22,6 +22,7 @@ impl CameraModel<6> for DoubleSphere {
         extra("xi").within(-1.0, 1.0),
         extra("alpha").within(0.0, 1.0),
     ];
+    const AT_ONCE: bool = true;
     const EXAMPLES: &[[f64; 6]] = &[
         [313.0, 313.0, 638.0, 514.0, -0.18, 0.59],
         [500.0, 490.0, 320.0, 240.0, 0.2, 0.4],
@@ -30,37 +31,44 @@ impl CameraModel<6> for DoubleSphere {
 
     #[inline(always)]
     fn linearize(params: &[f64; 6], point: &Vector3<f64>) -> Option<Linearized<6>> {
+        let (at, sees) = Self::linearize_at_once(params, point);
+        sees.then_some(at)
+    }
+
+    #[inline(always)]
+    fn unproject(params: &[f64; 6], pixel: &Vector2<f64>) -> Option<Vector3<f64>> {
+        let (ray, sees) = Self::unproject_at_once(params, pixel);
+        sees.then_some(ray)
+    }
+
+    #[inline(always)]
+    fn linearize_at_once(params: &[f64; 6], point: &Vector3<f64>) -> (Linearized<6>, bool) {
         let [fx, fy, cx, cy, xi, alpha] = *params;
         let [d1, s, d2, w] = spheres(point, xi, alpha);
         let wrt_d1 = point / d1;
         let wrt_s = wrt_d1 * xi + Vector3::z();
         let wrt_d2 = (Vector3::new(point.x, point.y, 0.0) + wrt_s * s) / d2;
         // Behind the second the map folds, where the paper's equation 43 ends a little too early.
-        let sees = w > 0.0 && alpha * s + (1.0 - alpha) * d2 > 0.0;
-        let seen = lens::over(point, w, wrt_d2 * alpha + wrt_s * (1.0 - alpha)).filter(|_| sees)?;
+        let unfolds = w > 0.0 && alpha * s + (1.0 - alpha) * d2 > 0.0;
+        let (seen, is_finite) =
+            lens::over_at_once(point, w, wrt_d2 * alpha + wrt_s * (1.0 - alpha));
         let wrt_xi = (alpha * s / d2 + 1.0 - alpha) * d1;
         let wrt_coefficients =
             Matrix2::from_columns(&[seen.at * (-wrt_xi / w), seen.at * (-(d2 - s) / w)]);
         let bent = Bent { at: seen.at, wrt_at: Matrix2::identity(), wrt_coefficients };
-        Some(lens::two_focals([fx, fy, cx, cy], seen, bent))
+        (lens::two_focals([fx, fy, cx, cy], seen, bent), unfolds && is_finite)
     }
 
     #[inline(always)]
-    fn unproject(params: &[f64; 6], pixel: &Vector2<f64>) -> Option<Vector3<f64>> {
+    fn unproject_at_once(params: &[f64; 6], pixel: &Vector2<f64>) -> (Vector3<f64>, bool) {
         let [fx, fy, cx, cy, xi, alpha] = *params;
         let at = lens::undo_two_focals([fx, fy, cx, cy], pixel);
         let r2 = at.norm_squared();
         let under = 1.0 - (2.0 * alpha - 1.0) * r2;
-        if under < 0.0 {
-            return None;
-        }
         let mz = (1.0 - alpha * alpha * r2) / (alpha * under.sqrt() + 1.0 - alpha);
         let over = mz * mz + (1.0 - xi * xi) * r2;
-        if over < 0.0 {
-            return None;
-        }
         let scale = (mz * xi + over.sqrt()) / (mz * mz + r2);
-        Some((at * scale).push(scale * mz - xi))
+        ((at * scale).push(scale * mz - xi), under >= 0.0 && over >= 0.0)
     }
 
     fn largest_angle(params: &[f64; 6]) -> f64 {

@@ -22,6 +22,7 @@ impl CameraModel<6> for Eucm {
         extra("alpha").within(0.0, 1.0),
         extra("beta").neutral_at(1.0).positive(),
     ];
+    const AT_ONCE: bool = true;
     const EXAMPLES: &[[f64; 6]] = &[
         [500.0, 490.0, 320.0, 240.0, 0.6, 1.1],
         [500.0, 490.0, 320.0, 240.0, 0.45, 0.9],
@@ -30,13 +31,25 @@ impl CameraModel<6> for Eucm {
 
     #[inline(always)]
     fn linearize(params: &[f64; 6], point: &Vector3<f64>) -> Option<Linearized<6>> {
-        let [fx, fy, cx, cy, alpha, beta] = *params;
-        let seen = lens::unified(point, alpha, beta)?;
-        Some(lens::two_focals([fx, fy, cx, cy], seen.0, seen.1))
+        let (at, sees) = Self::linearize_at_once(params, point);
+        sees.then_some(at)
     }
 
     #[inline(always)]
     fn unproject(params: &[f64; 6], pixel: &Vector2<f64>) -> Option<Vector3<f64>> {
+        let (ray, sees) = Self::unproject_at_once(params, pixel);
+        sees.then_some(ray)
+    }
+
+    #[inline(always)]
+    fn linearize_at_once(params: &[f64; 6], point: &Vector3<f64>) -> (Linearized<6>, bool) {
+        let [fx, fy, cx, cy, alpha, beta] = *params;
+        let (seen, bent, sees) = lens::unified(point, alpha, beta);
+        (lens::two_focals([fx, fy, cx, cy], seen, bent), sees)
+    }
+
+    #[inline(always)]
+    fn unproject_at_once(params: &[f64; 6], pixel: &Vector2<f64>) -> (Vector3<f64>, bool) {
         let [fx, fy, cx, cy, alpha, beta] = *params;
         lens::undo_unified(lens::undo_two_focals([fx, fy, cx, cy], pixel), alpha, beta)
     }

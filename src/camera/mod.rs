@@ -41,6 +41,8 @@ pub trait CameraModel<const N: usize>: Sized {
     const PARAMS: [Param; N];
     /// No parameters let it see as far as this from the optical axis, in radians.
     const WIDEST_ANGLE: f64 = PI;
+    /// Whether it has `linearize_at_once` and `unproject_at_once`.
+    const AT_ONCE: bool = false;
     /// Parameters of real and of hard lenses, on which the laws are tested.
     const EXAMPLES: &[[f64; N]];
 
@@ -54,6 +56,12 @@ pub trait CameraModel<const N: usize>: Sized {
     #[inline(always)]
     fn linearize_at_once(_params: &[f64; N], _point: &Vector3<f64>) -> (Linearized<N>, bool) {
         (Linearized::NONE, false)
+    }
+
+    /// `unproject` in the same way; `unproject` gives the same bits where this is sure.
+    #[inline(always)]
+    fn unproject_at_once(_params: &[f64; N], _pixel: &Vector2<f64>) -> (Vector3<f64>, bool) {
+        (Vector3::new(f64::NAN, f64::NAN, f64::NAN), false)
     }
 
     /// The largest angle from the optical axis, in radians, that the lens sees without folding, decentring aside.

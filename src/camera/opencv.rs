@@ -30,6 +30,7 @@ impl CameraModel<8> for OpenCv {
         polynomial("p1"),
         polynomial("p2"),
     ];
+    const AT_ONCE: bool = true;
     const EXAMPLES: &[[f64; 8]] = &[
         [1061.6, 1035.29, 640.0, 480.0, -0.333951, 0.121122, 0.0025596, 0.00419425],
         [465.7, 465.0, 376.0, 240.0, -0.275, 0.067, 0.0014, -0.00044],
@@ -45,9 +46,21 @@ impl CameraModel<8> for OpenCv {
 
     #[inline(always)]
     fn unproject(params: &[f64; 8], pixel: &Vector2<f64>) -> Option<Vector3<f64>> {
+        let (ray, is_sure) = Self::unproject_at_once(params, pixel);
+        if is_sure {
+            return Some(ray);
+        }
         let [fx, fy, cx, cy, bend @ ..] = *params;
         let target = lens::undo_two_focals([fx, fy, cx, cy], pixel);
         Some(lens::unbend(target, |at| bent(bend, at))?.push(1.0))
+    }
+
+    #[inline(always)]
+    fn unproject_at_once(params: &[f64; 8], pixel: &Vector2<f64>) -> (Vector3<f64>, bool) {
+        let [fx, fy, cx, cy, k1, k2, p1, p2] = *params;
+        let target = lens::undo_two_focals([fx, fy, cx, cy], pixel);
+        let (at, is_sure) = lens::unbend_brown_at_once(target, &[k1, k2], [p1, p2]);
+        (at.push(1.0), is_sure)
     }
 
     #[inline(always)]

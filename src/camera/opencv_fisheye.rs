@@ -24,6 +24,7 @@ impl CameraModel<8> for OpenCvFisheye {
         polynomial("k3"),
         polynomial("k4"),
     ];
+    const AT_ONCE: bool = true;
     const EXAMPLES: &[[f64; 8]] = &[
         [402.294, 437.448, 512.0, 512.0, -0.0814756, 0.121485, -0.0880346, 0.0181435],
         [428.331, 444.79, 512.0, 512.0, 0.00974985, 0.0337692, -0.0801194, 0.0217839],
@@ -44,6 +45,15 @@ impl CameraModel<8> for OpenCvFisheye {
             lens::undo_two_focals([fx, fy, cx, cy], pixel),
             &k,
         )?)
+    }
+
+    #[inline(always)]
+    fn unproject_at_once(params: &[f64; 8], pixel: &Vector2<f64>) -> (Vector3<f64>, bool) {
+        let [fx, fy, cx, cy, k @ ..] = *params;
+        let target = lens::undo_two_focals([fx, fy, cx, cy], pixel);
+        let (at, unfolds) = lens::unbend_radial_at_once(target, &k);
+        let (ray, sees) = lens::undo_equidistant_at_once(at);
+        (ray, sees && unfolds)
     }
 
     #[inline(always)]

@@ -28,6 +28,7 @@ impl CameraModel<9> for RadTan {
         polynomial("p2"),
         polynomial("k3"),
     ];
+    const AT_ONCE: bool = true;
     const EXAMPLES: &[[f64; 9]] = &[
         [500.0, 490.0, 320.0, 240.0, -0.3, 0.12, 0.001, -0.002, -0.02],
         [500.0, 490.0, 320.0, 240.0, 0.1, -0.02, 0.001, -0.002, 0.01],
@@ -42,9 +43,21 @@ impl CameraModel<9> for RadTan {
 
     #[inline(always)]
     fn unproject(params: &[f64; 9], pixel: &Vector2<f64>) -> Option<Vector3<f64>> {
+        let (ray, is_sure) = Self::unproject_at_once(params, pixel);
+        if is_sure {
+            return Some(ray);
+        }
         let [fx, fy, cx, cy, bend @ ..] = *params;
         let target = lens::undo_two_focals([fx, fy, cx, cy], pixel);
         Some(lens::unbend(target, |at| bent(bend, at))?.push(1.0))
+    }
+
+    #[inline(always)]
+    fn unproject_at_once(params: &[f64; 9], pixel: &Vector2<f64>) -> (Vector3<f64>, bool) {
+        let [fx, fy, cx, cy, k1, k2, p1, p2, k3] = *params;
+        let target = lens::undo_two_focals([fx, fy, cx, cy], pixel);
+        let (at, is_sure) = lens::unbend_brown_at_once(target, &[k1, k2, k3], [p1, p2]);
+        (at.push(1.0), is_sure)
     }
 
     #[inline(always)]

@@ -22,6 +22,7 @@ impl CameraModel<5> for Ucm {
         principal_point("cy"),
         extra("alpha").within(0.0, 1.0),
     ];
+    const AT_ONCE: bool = true;
     const EXAMPLES: &[[f64; 5]] = &[
         [500.0, 490.0, 320.0, 240.0, 0.6],
         [500.0, 490.0, 320.0, 240.0, 0.3],
@@ -30,15 +31,27 @@ impl CameraModel<5> for Ucm {
 
     #[inline(always)]
     fn linearize(params: &[f64; 5], point: &Vector3<f64>) -> Option<Linearized<5>> {
-        let [fx, fy, cx, cy, alpha] = *params;
-        let (seen, bent) = lens::unified(point, alpha, 1.0)?;
-        let wrt_coefficients = bent.wrt_coefficients.fixed_columns::<1>(0).into();
-        let bent = Bent { at: bent.at, wrt_at: bent.wrt_at, wrt_coefficients };
-        Some(lens::two_focals([fx, fy, cx, cy], seen, bent))
+        let (at, sees) = Self::linearize_at_once(params, point);
+        sees.then_some(at)
     }
 
     #[inline(always)]
     fn unproject(params: &[f64; 5], pixel: &Vector2<f64>) -> Option<Vector3<f64>> {
+        let (ray, sees) = Self::unproject_at_once(params, pixel);
+        sees.then_some(ray)
+    }
+
+    #[inline(always)]
+    fn linearize_at_once(params: &[f64; 5], point: &Vector3<f64>) -> (Linearized<5>, bool) {
+        let [fx, fy, cx, cy, alpha] = *params;
+        let (seen, bent, sees) = lens::unified(point, alpha, 1.0);
+        let wrt_coefficients = bent.wrt_coefficients.fixed_columns::<1>(0).into();
+        let bent = Bent { at: bent.at, wrt_at: bent.wrt_at, wrt_coefficients };
+        (lens::two_focals([fx, fy, cx, cy], seen, bent), sees)
+    }
+
+    #[inline(always)]
+    fn unproject_at_once(params: &[f64; 5], pixel: &Vector2<f64>) -> (Vector3<f64>, bool) {
         let [fx, fy, cx, cy, alpha] = *params;
         lens::undo_unified(lens::undo_two_focals([fx, fy, cx, cy], pixel), alpha, 1.0)
     }

@@ -32,15 +32,13 @@ pub fn radial_at_once<const K: usize>(at: Vector2<f64>, k: &[f64; K]) -> (Bent<K
 }
 
 #[inline(always)]
-fn unchecked_radial<const K: usize>(at: Vector2<f64>, k: &[f64; K]) -> Bent<K> {
+pub(super) fn unchecked_radial<const K: usize>(at: Vector2<f64>, k: &[f64; K]) -> Bent<K> {
     let r2 = at.norm_squared();
+    let (factor, slope) = stretch(k, r2);
     let mut power = 1.0;
-    let (mut factor, mut slope) = (1.0, 0.0);
     let mut wrt_coefficients = SMatrix::<f64, 2, K>::zeros();
-    for (index, k) in k.iter().enumerate() {
-        slope += (index + 1) as f64 * k * power;
+    for index in 0..K {
         power *= r2;
-        factor += k * power;
         wrt_coefficients.set_column(index, &(at * power));
     }
     let outer = 2.0 * slope * at * at.transpose();
@@ -49,6 +47,18 @@ fn unchecked_radial<const K: usize>(at: Vector2<f64>, k: &[f64; K]) -> Bent<K> {
         wrt_at: Matrix2::from_diagonal_element(factor) + outer,
         wrt_coefficients,
     }
+}
+
+/// 1 + k1 r^2 + k2 r^4 + ..., and its derivative by r^2.
+#[inline(always)]
+pub(super) fn stretch<const K: usize>(k: &[f64; K], r2: f64) -> (f64, f64) {
+    let (mut factor, mut slope, mut power) = (1.0, 0.0, 1.0);
+    for (index, k) in k.iter().enumerate() {
+        slope += (index + 1) as f64 * k * power;
+        power *= r2;
+        factor += k * power;
+    }
+    (factor, slope)
 }
 
 /// Whether d/dr r (1 + k1 r^2 + k2 r^4 + ...) is positive all the way to r.
@@ -130,7 +140,7 @@ pub fn brown_at_once<const R: usize, const K: usize>(
 /// to r: the one by the least of d/dr r (1 + k1 r^2 + ...), the other by 6 (|p1| + |p2|) r at the most, and 2 r <= 1 + r^2.
 /// True of most lenses over most of their image, and much cheaper than the exact tests.
 #[inline(always)]
-fn stretches_more<const R: usize>(k: &[f64; R], [p1, p2]: [f64; 2], r2: f64) -> bool {
+pub(super) fn stretches_more<const R: usize>(k: &[f64; R], [p1, p2]: [f64; 2], r2: f64) -> bool {
     let growth: [f64; R] = std::array::from_fn(|index| (2 * index + 3) as f64 * k[index]);
     lower_bound(1.0, &growth, r2) > 3.0 * (p1.abs() + p2.abs()) * (1.0 + r2)
 }

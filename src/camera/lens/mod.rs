@@ -18,8 +18,8 @@ pub use division::{division, division_angle, division_equation, undo_division};
 pub use fold::{ENDLESS, fisheye_fold, largest, pinhole_fold};
 pub use pixels::{Linearized, one_focal, two_focals, undo_one_focal, undo_two_focals};
 pub use plane::{
-    Seen, equidistant, equidistant_at_once, over, pinhole, pinhole_at_once, pinhole_behind,
-    undo_equidistant,
+    Seen, equidistant, equidistant_at_once, over, over_at_once, pinhole, pinhole_at_once,
+    pinhole_behind, undo_equidistant, undo_equidistant_at_once,
 };
-pub use unbend::{unbend, unbend_radial};
+pub use unbend::{unbend, unbend_brown_at_once, unbend_radial, unbend_radial_at_once};
 pub use unified::{undo_unified, unified, unified_angle, unified_denominator};

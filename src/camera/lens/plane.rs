@@ -1,8 +1,10 @@
 //! Rays onto a plane of the camera, and back.
 
+use std::f64::consts::PI;
+
 use nalgebra::{Matrix2, Matrix2x3, Vector2, Vector3};
 
-use super::angle::angle;
+use super::angle::{angle, sine_and_cosine};
 
 /// A ray's place on a plane of the camera. Its derivative by x and y is stretch I + slant.0 slant.1^T.
 #[derive(Clone, Copy)]
@@ -68,18 +70,20 @@ pub fn equidistant(point: &Vector3<f64>) -> Option<Seen> {
     sees.then_some(seen)
 }
 
-/// `equidistant` without a branch, and whether it sees the point far enough from the axis: below a tangent of 1e-4 the
-/// quotient theta / rho loses digits, and its series does not.
+/// Below a tangent or an angle of this a quotient such as theta / rho loses digits, and its series does not.
+const NEAR_AXIS: f64 = 1e-4;
+
+/// `equidistant` without a branch, and whether it sees the point far enough from the axis.
 #[inline(always)]
 pub fn equidistant_at_once(point: &Vector3<f64>) -> (Seen, bool) {
-    const NEAR_AXIS: f64 = 1e-4;
     let (across, z) = (point.xy(), point.z);
     let rho2 = across.norm_squared();
     let rho = rho2.sqrt();
     let per_norm2 = 1.0 / (rho2 + z * z);
+    let per_rho = 1.0 / rho;
     // theta / rho, and its derivative by rho divided by rho
-    let stretch = angle(rho, z) / rho;
-    let slope = (z * per_norm2 - stretch) / rho2;
+    let stretch = angle(rho, z) * per_rho;
+    let slope = (z * per_norm2 - stretch) * (per_rho * per_rho);
     let at = across * stretch;
     let seen =
         Seen { at, stretch, slant: Some([across * slope, across]), wrt_z: across * -per_norm2 };
@@ -89,22 +93,36 @@ pub fn equidistant_at_once(point: &Vector3<f64>) -> (Seen, bool) {
 /// The ray that `equidistant` sees there.
 #[inline(always)]
 pub fn undo_equidistant(at: Vector2<f64>) -> Option<Vector3<f64>> {
-    let theta = at.norm();
-    (theta < std::f64::consts::PI).then(|| (at * sinc(theta)).push(theta.cos()))
+    let (ray, sees) = undo_equidistant_at_once(at);
+    if sees {
+        return Some(ray);
+    }
+    let theta2 = at.norm_squared();
+    (theta2 < 2.0 * NEAR_AXIS * NEAR_AXIS)
+        .then(|| (at * (1.0 - theta2 / 6.0)).push(1.0 - 0.5 * theta2))
 }
 
-/// sin(x) / x
+/// `undo_equidistant` without a branch, and whether something is seen there, far enough from the axis.
 #[inline(always)]
-fn sinc(x: f64) -> f64 {
-    if x.abs() < 1e-4 { 1.0 - x * x / 6.0 } else { x.sin() / x }
+pub fn undo_equidistant_at_once(at: Vector2<f64>) -> (Vector3<f64>, bool) {
+    let theta = at.norm();
+    let [sine, cosine] = sine_and_cosine(theta);
+    ((at * (sine / theta)).push(cosine), (NEAR_AXIS..PI).contains(&theta))
 }
 
 /// (x, y) / w, for a denominator with this gradient.
 #[inline(always)]
 pub fn over(point: &Vector3<f64>, w: f64, gradient: Vector3<f64>) -> Option<Seen> {
+    let (seen, sees) = over_at_once(point, w, gradient);
+    sees.then_some(seen)
+}
+
+/// `over` without a branch, and whether it is finite.
+#[inline(always)]
+pub fn over_at_once(point: &Vector3<f64>, w: f64, gradient: Vector3<f64>) -> (Seen, bool) {
     let stretch = 1.0 / w;
     let at = point.xy() * stretch;
     let along = at * -stretch;
     let seen = Seen { at, stretch, slant: Some([along, gradient.xy()]), wrt_z: along * gradient.z };
-    at.sum().is_finite().then_some(seen)
+    (seen, at.sum().abs() < f64::INFINITY)
 }

@@ -2,7 +2,8 @@
 
 use nalgebra::{Matrix2, Vector2};
 
-use super::{Bent, radial};
+use super::bend::{stretch, stretches_more, unchecked_radial};
+use super::{Bent, decentring, radial};
 
 /// The place that is bent to `target`, by Newton's method from the axis side, on which a lens never folds: a step that leaves
 /// the valid set or leads away is halved.
@@ -38,10 +39,58 @@ pub fn unbend<const K: usize>(
     (error2.sqrt() <= 64.0 * f64::EPSILON * size).then_some(at)
 }
 
+/// `unbend` for `brown` without a branch, in as many steps of Newton's as most lenses need, and whether it surely arrived:
+/// where the last step was short, and the lens surely stretches the plane all the way, so that it brings no other place there.
+#[inline(always)]
+pub fn unbend_brown_at_once<const R: usize>(
+    target: Vector2<f64>,
+    k: &[f64; R],
+    p: [f64; 2],
+) -> (Vector2<f64>, bool) {
+    // One after another, as a loop within the loop over pixels would not become SIMD.
+    let mut near = target;
+    near = brown_step(near, target, k, p);
+    near = brown_step(near, target, k, p);
+    near = brown_step(near, target, k, p);
+    near = brown_step(near, target, k, p);
+    let at = brown_step(near, target, k, p);
+    let is_near = (at - near).norm_squared() <= f64::EPSILON * at.norm_squared();
+    (at, is_near && stretches_more(k, p, at.norm_squared()))
+}
+
+#[inline(always)]
+fn brown_step<const R: usize>(
+    at: Vector2<f64>,
+    target: Vector2<f64>,
+    k: &[f64; R],
+    p: [f64; 2],
+) -> Vector2<f64> {
+    let (radial, decentring) = (unchecked_radial(at, k), decentring(at, p));
+    at - solve(radial.wrt_at + decentring.wrt_at, radial.at + decentring.at - target)
+}
+
 /// `unbend` for `radial` alone.
 #[inline(always)]
 pub fn unbend_radial<const K: usize>(target: Vector2<f64>, k: &[f64; K]) -> Option<Vector2<f64>> {
-    unbend(target, |at| radial(at, k))
+    let (at, is_sure) = unbend_radial_at_once(target, k);
+    if is_sure { Some(at) } else { unbend(target, |at| radial(at, k)) }
+}
+
+/// The same for `radial` alone, which moves a place along its radius.
+#[inline(always)]
+pub fn unbend_radial_at_once<const K: usize>(
+    target: Vector2<f64>,
+    k: &[f64; K],
+) -> (Vector2<f64>, bool) {
+    let length = target.norm();
+    let next = |r: f64| {
+        let (factor, slope) = stretch(k, r * r);
+        r - (r * factor - length) / (factor + 2.0 * slope * r * r)
+    };
+    let near = next(next(next(next(length))));
+    let r = next(near);
+    let is_near = (r - near).abs() <= f64::EPSILON.sqrt() * r;
+    (target / stretch(k, r * r).0, is_near && stretches_more(k, [0.0; 2], r * r))
 }
 
 /// matrix^-1 vector; not finite where there is none.

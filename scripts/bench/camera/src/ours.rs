@@ -1,5 +1,6 @@
 //! Our side: one point after another by the model's own functions, and all in one call.
 
+use std::cell::RefCell;
 use std::hint::black_box;
 use std::marker::PhantomData;
 
@@ -14,6 +15,8 @@ pub struct Ours<'a, M, const N: usize> {
     scene: &'a Scene,
     points: [Vec<f64>; 3],
     pixels: [Vec<f64>; 2],
+    /// The caller's slices, which batches write to.
+    written: RefCell<[Vec<f64>; 3]>,
     model: PhantomData<M>,
 }
 
@@ -26,7 +29,8 @@ impl<'a, M: CameraModel<N>, const N: usize> Ours<'a, M, N> {
         let points =
             [0, 1, 2].map(|axis| scene.in_camera.iter().map(|point| point[axis]).collect());
         let pixels = [0, 1].map(|axis| scene.observed.iter().map(|pixel| pixel[axis]).collect());
-        Self { params, scene, points, pixels, model: PhantomData }
+        let written = RefCell::new([(); 3].map(|()| vec![0.0; POINTS]));
+        Self { params, scene, points, pixels, written, model: PhantomData }
     }
 
     #[inline(always)]
@@ -62,18 +66,16 @@ impl<M: CameraModel<N>, const N: usize> Contestant for Ours<'_, M, N> {
     }
 
     fn project_all(&self) {
-        let mut pixels = [(); 2].map(|()| vec![0.0; POINTS]);
+        let [px, py, _] = &mut *self.written.borrow_mut();
         let points = self.points.each_ref().map(Vec::as_slice);
-        self.scene.camera.project_all(points, pixels.each_mut().map(Vec::as_mut_slice)).unwrap();
-        black_box(pixels);
+        black_box(self.scene.camera.project_all(points, [px, py]).unwrap());
     }
 
-    fn unproject_all(&self) -> Vec<[f64; 3]> {
-        let mut rays = [(); 3].map(|()| vec![0.0; POINTS]);
+    fn unproject_all(&self) {
+        let rays = &mut *self.written.borrow_mut();
         let pixels = self.pixels.each_ref().map(Vec::as_slice);
-        self.scene.camera.unproject_all(pixels, rays.each_mut().map(Vec::as_mut_slice)).unwrap();
-        let [x, y, z] = black_box(rays);
-        x.into_iter().zip(y).zip(z).map(|((x, y), z)| [x, y, z]).collect()
+        let rays = rays.each_mut().map(Vec::as_mut_slice);
+        black_box(self.scene.camera.unproject_all(pixels, rays).unwrap());
     }
 
     fn one_factor(&self, index: usize) -> Vec<f64> {
