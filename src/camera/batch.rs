@@ -5,7 +5,7 @@
 use multiversion::multiversion;
 use nalgebra::{Vector2, Vector3};
 
-use super::{CameraError, CameraModel, Intrinsics, Job, unit_ray};
+use super::{CameraError, CameraModel, Intrinsics, Job, Linearized, unit_ray};
 
 /// Where [`Intrinsics::linearize_all`] writes, for n points and a model of N parameters.
 #[derive(Debug)]
@@ -41,6 +41,20 @@ impl Intrinsics {
         let count = same_length(["px", "py"], pixels, pixels[0].len())?;
         same_length(["x", "y", "z"], [&*rays[0], &*rays[1], &*rays[2]], count)?;
         Ok(self.visit(UnprojectAll { pixels, rays }))
+    }
+
+    /// The pixels of points in camera coordinates, and d pixel / d point: px and then py by x, y, z. NaN where a point is not seen.
+    /// Gives how many are. Much cheaper than [`linearize_all`](Self::linearize_all), as a loop of most lenses is SIMD.
+    pub fn look_all(
+        &self,
+        points: [&[f64]; 3],
+        pixels: [&mut [f64]; 2],
+        wrt_point: [&mut [f64]; 6],
+    ) -> Result<usize, CameraError> {
+        let count = same_length(["x", "y", "z"], points, points[0].len())?;
+        same_length(["px", "py"], [&*pixels[0], &*pixels[1]], count)?;
+        same_length(["wrt_point"; 6], wrt_point.each_ref().map(|slice| &**slice), count)?;
+        Ok(self.visit(LookAll { points, pixels, wrt_point }))
     }
 
     /// The pixels of points in camera coordinates with their derivatives, and NaN where a point is not seen. Gives how many are.
@@ -117,6 +131,62 @@ fn project_at_once<M: CameraModel<N>, const N: usize>(
         let (at, is_sure) = M::linearize_at_once(params, &point);
         px[index] = if is_sure { at.pixel.x } else { f64::NAN };
         py[index] = at.pixel.y;
+    }
+}
+
+struct LookAll<'a> {
+    points: [&'a [f64]; 3],
+    pixels: [&'a mut [f64]; 2],
+    wrt_point: [&'a mut [f64]; 6],
+}
+
+impl Job for LookAll<'_> {
+    type Output = usize;
+
+    fn run<M: CameraModel<N>, const N: usize>(self, params: &[f64; N]) -> usize {
+        let (params, [px, py], mut wrt_point) = (&params.clone(), self.pixels, self.wrt_point);
+        if M::AT_ONCE {
+            let slices = wrt_point.each_mut().map(|slice| &mut **slice);
+            look_at_once::<M, N>(params, self.points, [&mut *px, &mut *py], slices);
+        }
+        let mut seen = 0;
+        for (index, point) in vectors(self.points).enumerate() {
+            if !M::AT_ONCE || px[index].is_nan() {
+                let at = M::linearize(params, &point).unwrap_or(Linearized::NONE);
+                [px[index], py[index]] = at.pixel.into();
+                for (slice, value) in wrt_point.iter_mut().zip(row_by_row(&at)) {
+                    slice[index] = value;
+                }
+            }
+            seen += usize::from(!px[index].is_nan());
+        }
+        seen
+    }
+}
+
+/// d pixel / d point, row by row.
+#[inline(always)]
+fn row_by_row<const N: usize>(at: &Linearized<N>) -> [f64; 6] {
+    std::array::from_fn(|index| at.wrt_point[(index / 3, index % 3)])
+}
+
+/// The pixels that are surely right with their derivatives by the point, and NaN for the others.
+#[multiversion(targets("x86_64+avx2"))]
+fn look_at_once<M: CameraModel<N>, const N: usize>(
+    params: &[f64; N],
+    [x, y, z]: [&[f64]; 3],
+    [px, py]: [&mut [f64]; 2],
+    wrt_point: [&mut [f64]; 6],
+) {
+    let (params, count) = (&params.clone(), x.len());
+    let (y, z, px, py) = (&y[..count], &z[..count], &mut px[..count], &mut py[..count]);
+    let [a, b, c, d, e, f] = wrt_point.map(|slice| &mut slice[..count]);
+    for index in 0..count {
+        let point = Vector3::new(x[index], y[index], z[index]);
+        let (at, is_sure) = M::linearize_at_once(params, &point);
+        px[index] = if is_sure { at.pixel.x } else { f64::NAN };
+        py[index] = at.pixel.y;
+        [a[index], b[index], c[index], d[index], e[index], f[index]] = row_by_row(&at);
     }
 }
 
@@ -288,6 +358,15 @@ mod tests {
             let all_bits = |of: &[Vec<f64>; 2]| of.concat().into_iter().map(f64::to_bits).collect();
             let [first, second]: [Vec<u64>; 2] = [all_bits(&pixels), all_bits(&again)];
             assert_eq!(first, second);
+            let mut wrt: [Vec<f64>; 6] = std::array::from_fn(|_| zeros());
+            let [px, py] = &mut again;
+            let wrt_slices = wrt.each_mut().map(Vec::as_mut_slice);
+            assert_eq!(camera.look_all(slices, [px, py], wrt_slices).unwrap(), seen);
+            assert_eq!(all_bits(&again), first);
+            for (place, value) in wrt_point.iter().enumerate() {
+                let found = wrt[place % 6][place / 6];
+                assert!(found.to_bits() == value.to_bits() || (found.is_nan() && value.is_nan()));
+            }
             let read = pixels.each_ref().map(Vec::as_slice);
             camera.unproject_all(read, rays.each_mut().map(Vec::as_mut_slice)).unwrap();
             let job = Dispatch {

@@ -9,7 +9,7 @@ use nalgebra::{
 };
 use rayon::prelude::*;
 
-use crate::camera::{CameraModel, Intrinsics, Job};
+use crate::camera::Intrinsics;
 use crate::least_squares::{self, Options, Problem, Step, Stop};
 
 /// Cells that are worked on at once: few enough for the cache, enough that asking for the model costs nothing. Fixed, so that
@@ -419,10 +419,12 @@ fn wrt_lens<const D: usize>(
     wrt_lens
 }
 
-/// Where a lens sees some rays. What is computed with it is compiled once, not for every model.
+/// Where a lens sees some rays.
 #[derive(Debug, Default)]
 pub(super) struct Sight {
-    points: Vec<Vector3<f64>>,
+    points: [Vec<f64>; 3],
+    pixels: [Vec<f64>; 2],
+    wrt_point: [Vec<f64>; 6],
     pub seen: Vec<Seen>,
 }
 
@@ -443,26 +445,22 @@ impl Sight {
         rays: &[Vector3<f64>],
     ) -> bool {
         let offset = placement.translation * inverse_depth;
-        self.points.clear();
-        self.points.extend(rays.iter().map(|ray| placement.rotation * ray + offset));
-        self.seen.clear();
-        camera.visit(Look { points: &self.points, seen: &mut self.seen }).is_some()
-    }
-}
-
-struct Look<'a> {
-    points: &'a [Vector3<f64>],
-    seen: &'a mut Vec<Seen>,
-}
-
-impl Job for Look<'_> {
-    type Output = Option<()>;
-
-    fn run<M: CameraModel<N>, const N: usize>(self, params: &[f64; N]) -> Option<()> {
-        for point in self.points {
-            let seen = M::linearize(params, point)?;
-            self.seen.push(Seen { pixel: seen.pixel, wrt_point: seen.wrt_point });
+        self.points.iter_mut().for_each(Vec::clear);
+        for point in rays.iter().map(|ray| placement.rotation * ray + offset) {
+            self.points.iter_mut().zip(point.iter()).for_each(|(axis, value)| axis.push(*value));
         }
-        Some(())
+        self.pixels.iter_mut().for_each(|axis| axis.resize(rays.len(), 0.0));
+        self.wrt_point.iter_mut().for_each(|place| place.resize(rays.len(), 0.0));
+        let points = self.points.each_ref().map(Vec::as_slice);
+        let pixels = self.pixels.each_mut().map(Vec::as_mut_slice);
+        let wrt_point = self.wrt_point.each_mut().map(Vec::as_mut_slice);
+        let count = camera.look_all(points, pixels, wrt_point);
+        let [px, py] = &self.pixels;
+        self.seen.clear();
+        self.seen.extend((0..rays.len()).map(|at| Seen {
+            pixel: Vector2::new(px[at], py[at]),
+            wrt_point: Matrix2x3::from_fn(|row, column| self.wrt_point[3 * row + column][at]),
+        }));
+        count == Ok(rays.len())
     }
 }

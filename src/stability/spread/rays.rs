@@ -4,71 +4,24 @@ use nalgebra::{Matrix2x3, Matrix3, Vector2, Vector3};
 use rayon::prelude::*;
 
 use super::consensus::{BLOCK, Consensus, Lenses, Placement, Sight, nearest_rotation};
-use crate::camera::{CameraModel, Intrinsics, Job};
+use crate::camera::Intrinsics;
 
 /// What the pixels see through a lens, as unit rays; none where the lens has no ray.
 pub(super) fn rays(camera: &Intrinsics, pixels: &[Vector2<f64>]) -> Vec<Option<Vector3<f64>>> {
-    camera.visit(FindRays { pixels, near: &vec![None; pixels.len()] })
+    let [px, py] = [0, 1].map(|axis| pixels.iter().map(|pixel| pixel[axis]).collect::<Vec<f64>>());
+    let mut found: [Vec<f64>; 3] = std::array::from_fn(|_| vec![f64::NAN; pixels.len()]);
+    let counted = camera.unproject_all([&px, &py], found.each_mut().map(Vec::as_mut_slice));
+    debug_assert!(counted.is_ok(), "slices of one length");
+    let ray = |at: usize| Vector3::from(found.each_ref().map(|axis| axis[at]));
+    (0..pixels.len()).map(|at| Some(ray(at)).filter(|ray| !ray.x.is_nan())).collect()
 }
 
-/// The rays of all cells in all lenses, lens by lens; the first lens leads the others to theirs.
+/// The rays of all cells in all lenses, lens by lens.
 pub(super) fn all_rays(
     cameras: &[&Intrinsics],
     pixels: &[Vector2<f64>],
 ) -> Vec<Vec<Option<Vector3<f64>>>> {
-    let Some((first, others)) = cameras.split_first() else { return Vec::new() };
-    let lead = rays(first, pixels);
-    let others = others.par_iter().map(|camera| camera.visit(FindRays { pixels, near: &lead }));
-    let mut all: Vec<_> = others.collect();
-    all.insert(0, lead);
-    all
-}
-
-struct FindRays<'a> {
-    pixels: &'a [Vector2<f64>],
-    near: &'a [Option<Vector3<f64>>],
-}
-
-impl Job for FindRays<'_> {
-    type Output = Vec<Option<Vector3<f64>>>;
-
-    fn run<M: CameraModel<N>, const N: usize>(self, params: &[f64; N]) -> Self::Output {
-        // How far this lens was from the other at the cell before: lenses differ smoothly.
-        let mut offset = Vector3::zeros();
-        let find = |(pixel, near): (&Vector2<f64>, &Option<Vector3<f64>>)| {
-            let found = near.and_then(|near| nearby::<M, N>(params, pixel, near + offset));
-            let ray = match found {
-                Some(ray) => Some(ray),
-                None => M::unproject(params, pixel).and_then(|ray| ray.try_normalize(0.0)),
-            };
-            offset = near.zip(ray).map_or(Vector3::zeros(), |(near, ray)| ray - near);
-            ray
-        };
-        self.pixels.iter().zip(self.near).map(find).collect()
-    }
-}
-
-/// The ray of a pixel, by Newton's method from a ray that is near to it; none when it does not get there soon. Cheaper than to
-/// unproject, and as exact.
-fn nearby<M: CameraModel<N>, const N: usize>(
-    params: &[f64; N],
-    pixel: &Vector2<f64>,
-    near: Vector3<f64>,
-) -> Option<Vector3<f64>> {
-    /// In px: from here the last step, which is taken unseen, leaves only rounding.
-    const NEAR: f64 = 1e-3;
-    let mut ray = near;
-    for _ in 0..3 {
-        let seen = M::linearize(params, &ray)?;
-        let error = pixel - seen.pixel;
-        let across = seen.wrt_point * seen.wrt_point.transpose();
-        ray += seen.wrt_point.tr_mul(&(across.try_inverse()? * error));
-        ray = ray.try_normalize(0.0)?;
-        if error.norm_squared() < NEAR * NEAR {
-            return Some(ray);
-        }
-    }
-    None
+    cameras.par_iter().map(|camera| rays(camera, pixels)).collect()
 }
 
 /// The mean of the rays of each pixel, and all lenses as they are; none for a pixel that no single ray reaches in all of them.
