@@ -56,6 +56,17 @@ pub(super) fn value(value: f64) -> String {
     if exact.len() < shown.len() { exact } else { shown }
 }
 
+/// A p-value.
+pub(super) fn probability(p: f64) -> String {
+    if p < 1e-99 {
+        "less than 1e-99".to_owned()
+    } else if p < 1e-3 {
+        format!("{p:.0e}")
+    } else {
+        format!("{p:.3}")
+    }
+}
+
 /// What was computed and not estimated: four significant digits.
 pub(super) fn computed(value: f64) -> String {
     if value.abs() > 0.0 && !PLAIN.contains(&power(value)) {

@@ -35,11 +35,11 @@ pub(super) fn birge_words(population: &Population) -> Option<String> {
         "Birge ratio {:.2} (T = {} on {degrees} degrees, p = {})",
         found.birge,
         number::computed(found.statistic),
-        probability(found.p)
+        number::probability(found.p)
     );
     let told = independent.unwrap_or(*found);
     if let Some(ratio) = independent.filter(|other| is_another(other.birge, found.birge)) {
-        let p = probability(ratio.p);
+        let p = number::probability(ratio.p);
         words
             .push_str(&format!(", corrected for what the runs share {:.2} (p = {p})", ratio.birge));
     }
@@ -53,16 +53,6 @@ pub(super) fn birge_words(population: &Population) -> Option<String> {
 /// Whether a number is worth being told beside another one.
 fn is_another(value: f64, beside: f64) -> bool {
     (value / beside - 1.0).abs() > 0.005
-}
-
-fn probability(p: f64) -> String {
-    if p < 1e-99 {
-        "less than 1e-99".to_owned()
-    } else if p < 1e-3 {
-        format!("{p:.0e}")
-    } else {
-        format!("{p:.3}")
-    }
 }
 
 /// What the mean covariance leaves most and least visible in the image.

@@ -148,7 +148,8 @@ pub(in crate::stability) fn residuals_of(
     let all: Vec<&ResidualsInRun> = runs.iter().map(|run| &run.residuals).collect();
     // Pooled cameras of one run share the points that they see, and no more is known of them.
     let shared = overlap.map_or(0.0, |overlap| overlap.shared_fraction);
-    let median = |of: fn(&ResidualsInRun) -> f64| median_of(all.iter().map(|one| of(one)).collect());
+    let median =
+        |of: fn(&ResidualsInRun) -> f64| median_of(all.iter().map(|one| of(one)).collect());
     Some(Residuals {
         n: all.len(),
         p: together(all.iter().map(|one| one.p).collect())?,

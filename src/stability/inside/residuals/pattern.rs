@@ -98,7 +98,8 @@ impl<'a> Pattern<'a> {
         let cells = Cells::sizes(camera.after.width, camera.after.height).find(is_fine)?;
         let lens = &camera.after.intrinsics;
         // Some models look along -z.
-        let axis = [1.0, -1.0].into_iter().find_map(|z| lens.project(&Vector3::new(0.0, 0.0, z)).ok());
+        let axis =
+            [1.0, -1.0].into_iter().find_map(|z| lens.project(&Vector3::new(0.0, 0.0, z)).ok());
         let mut pattern = Self {
             camera,
             of_cells: cells.counts(pixels).into_iter().map(|count| (count, None)).collect(),
