@@ -246,7 +246,8 @@ const TEXTS: [Texts; 30] = [
         found: "Mean residuals over cells of the image (twelve in a row, fewer where too little was observed) and, outward and along \
             the tangent, over rings about the principal point are tested together against independent noise: F, with the part \
             that the adjustment itself takes away. The camera has this finding when twice the median of its runs' p-values is \
-            below {MOST_P} and the RMS of the means, less that of noise, is above {LEAST_PATTERN_PX} px in half of the runs.",
+            below {MOST_P} and the RMS of the means, less that of noise, is above {LEAST_PATTERN_PX} px in half of the runs: lens models \
+            that are right leave half as much in real keypoints.",
         advice: "Look at the plots of the residuals and at residuals.csv: arrows that point outward or inward by rings ask for a radial \
             term, that is a model with more of them; others for tangential terms or a free principal point (--refine).",
     },
