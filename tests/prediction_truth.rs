@@ -246,7 +246,7 @@ fn assert_no_pattern(sound: &[Population]) {
 /// Whether points that do not fit were found.
 fn has_tails(one: &Population) -> bool {
     let tails = one.residuals.as_ref().unwrap().tails.unwrap();
-    tails.p < 1e-3 && tails.sigma_ratio > 1.5
+    tails.p < 1e-3 && tails.sigma_ratio > 1.4
 }
 
 #[test]

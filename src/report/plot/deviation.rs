@@ -11,15 +11,15 @@ use super::plane::{BELOW, Placed, Plane};
 use super::spreads::{SpreadOf, Spreads};
 use crate::stability::spread::Spread;
 
-const PLOT_WIDTHS: [f64; 2] = [560.0, 380.0];
-const COLUMN_GAP: f64 = 26.0;
-const HEADING_HEIGHT: f64 = 40.0;
-const KEY_HEIGHT: f64 = 30.0;
-const PANEL_GAP: f64 = 16.0;
+pub const PLOT_WIDTHS: [f64; 2] = [560.0, 380.0];
+pub const COLUMN_GAP: f64 = 26.0;
+pub const HEADING_HEIGHT: f64 = 40.0;
+pub const KEY_HEIGHT: f64 = 30.0;
+pub const PANEL_GAP: f64 = 16.0;
 /// The longest arrow as a multiple of their distance: longer ones would cover each other.
 const LONGEST: f64 = 1.1;
 /// Where the runs were compared.
-const GROUND: Color = opaque(0xEE, 0xEE, 0xEE);
+pub const GROUND: Color = opaque(0xEE, 0xEE, 0xEE);
 
 /// The figure; none where no run is off.
 pub fn draw(spreads: &Spreads, font: &Font) -> Option<Drawing> {

@@ -3,6 +3,7 @@
 use super::arrows::{FACTORS, arrow, round_below};
 use super::color::{Color, GREY, INK, opaque};
 use super::columns::{Columns, PanelWidth};
+use super::deviation::{COLUMN_GAP, GROUND, HEADING_HEIGHT, KEY_HEIGHT, PANEL_GAP, PLOT_WIDTHS};
 use super::drawing::{Drawing, Pinned, Rect};
 use super::font::Font;
 use super::number::significant;
@@ -11,17 +12,10 @@ use super::plane::{BELOW, Placed, Plane};
 use super::residuals::{ResidualMaps, ResidualsOf};
 use crate::stability::{CellMean, ResidualMap};
 
-const PLOT_WIDTHS: [f64; 2] = [560.0, 380.0];
-const COLUMN_GAP: f64 = 26.0;
-const HEADING_HEIGHT: f64 = 40.0;
-const KEY_HEIGHT: f64 = 30.0;
-const PANEL_GAP: f64 = 16.0;
 /// The longest arrow as a multiple of the cells' width.
 const LONGEST: f64 = 1.0;
 /// A mean that noise alone shows more often than this is no sign of anything.
 const BY_NOISE: f64 = 0.05;
-/// Where there are means.
-const GROUND: Color = opaque(0xEE, 0xEE, 0xEE);
 /// Arrows that noise alone would show.
 const FAINT: Color = opaque(0xA6, 0xA6, 0xA6);
 

@@ -9,16 +9,12 @@ use super::frame::{exact_level_axis, left_room, level_ticks, upright_tick_count,
 use super::legend::{Sample, legend};
 use super::marker::{Style, dashed};
 use super::page::{BODY, Page, SMALL};
+use super::profile::{
+    AXIS_NAME_HEIGHT, CAPTION_HEIGHT, COLUMN_GAP, PANEL_GAP, PLOT_HEIGHT, PLOT_WIDTHS, TICKS_HEIGHT,
+};
 use super::residuals::{REACH_95, ResidualMaps, ResidualsOf};
 use crate::stability::RingMean;
 
-const PLOT_WIDTHS: [f64; 2] = [380.0, 380.0];
-const PLOT_HEIGHT: f64 = 240.0;
-const CAPTION_HEIGHT: f64 = 24.0;
-const TICKS_HEIGHT: f64 = 22.0;
-const AXIS_NAME_HEIGHT: f64 = 20.0;
-const COLUMN_GAP: f64 = 26.0;
-const PANEL_GAP: f64 = 14.0;
 /// Half the width of the foot of an error bar.
 const FOOT: f64 = 2.5;
 

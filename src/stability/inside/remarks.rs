@@ -10,9 +10,9 @@ use crate::stability::{Finding, FindingId, Population};
 /// to 0.06 px in real keypoints (castle_p30 and euroc_v1_a with all intrinsics free); a missing radial term or a principal point
 /// held 10 px off, which move the lens by 1 to 3 px, leave 0.15 to 0.25 px there, as poses and points take most of it.
 pub(in crate::stability) const LEAST_PATTERN_PX: f64 = 0.1;
-/// Sigma above this multiple of the robust sigma is no longer about most points. Keypoints as COLMAP leaves them reach 1.3 to 1.5
-/// (castle_p30, euroc_v1_a): below, every real reconstruction would have the finding.
-pub(in crate::stability) const MOST_SIGMA_RATIO: f64 = 1.5;
+/// Sigma above this multiple of the robust sigma: about half of the sum of squares, which the adjustment made least, is then of points
+/// that fit worse than normal noise would let them.
+pub(in crate::stability) const MOST_SIGMA_RATIO: f64 = 1.4;
 
 /// What there is to say of one population.
 pub(in crate::stability) fn of_population(one: &Population) -> Vec<Finding> {

@@ -112,24 +112,8 @@ pub(super) fn residuals(
 ) -> Vec<ResidualsInRun> {
     let of_camera = |pattern: &Pattern| {
         let id = pattern.camera.id;
-        let [squares, freedom] = tracks.of_camera(observations, id);
-        let found = pattern.found(probe, squares, freedom)?;
-        Some(ResidualsInRun {
-            camera_id: id.0,
-            observations: found.observations,
-            sigma_px: found.sigma_px,
-            statistic: found.statistic,
-            degrees: found.degrees,
-            p: found.p,
-            effect_px: found.effect_px,
-            cells: [found.cells.columns(), found.cells.rows()],
-            tails: tracks.tails(observations, id),
-            means: Means {
-                cell_px: found.cells.cell_px(),
-                cells: found.cell_means,
-                rings: found.rings,
-            },
-        })
+        let squares = tracks.of_camera(observations, id);
+        pattern.found(probe, squares, tracks.tails(observations, id))
     };
     patterns.iter().filter_map(of_camera).collect()
 }

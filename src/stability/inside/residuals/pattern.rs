@@ -6,6 +6,7 @@
 use nalgebra::{DMatrix, DVector, Vector3};
 
 use super::means::{CellMean, Cells, Mean, RingMean};
+use super::{Means, ResidualsInRun, Tails};
 use crate::bundle::{CameraOutcome, Entry, Observation, Outcome, Probe};
 use crate::stats::f_tail;
 
@@ -30,20 +31,6 @@ pub(in super::super) struct Pattern<'a> {
     of_cells: Vec<(usize, Option<usize>)>,
     /// The pattern's own share of all columns.
     columns: std::ops::Range<usize>,
-}
-
-/// What the residuals of a camera have of a pattern.
-pub(super) struct Found {
-    pub observations: usize,
-    /// The noise of one coordinate, were the pattern none.
-    pub sigma_px: f64,
-    pub statistic: f64,
-    pub degrees: [f64; 2],
-    pub p: f64,
-    pub effect_px: f64,
-    pub cells: Cells,
-    pub cell_means: Vec<CellMean>,
-    pub rings: Vec<RingMean>,
 }
 
 /// The patterns of all cameras, their columns from this one on, and no more than so many.
@@ -151,7 +138,12 @@ impl<'a> Pattern<'a> {
     }
 
     /// What the probe says of it, beside the camera's residuals: their sum of squares, and how many of them are free.
-    pub(super) fn found(&self, probe: &Probe, squares: f64, freedom: f64) -> Option<Found> {
+    pub(super) fn found(
+        &self,
+        probe: &Probe,
+        [squares, freedom]: [f64; 2],
+        tails: Option<Tails>,
+    ) -> Option<ResidualsInRun> {
         let (start, size) = (self.columns.start, self.columns.len());
         let score = probe.score.rows(start, size).into_owned();
         let own = probe.own.rows(start, size).into_owned();
@@ -179,16 +171,17 @@ impl<'a> Pattern<'a> {
         let rings: Vec<RingMean> = (0..RINGS).filter_map(ring).collect();
         let by_cells = systematic(cell_means.iter().map(|cell| &cell.mean));
         let by_rings = systematic(rings.iter().map(|ring| &ring.mean));
-        Some(Found {
+        Some(ResidualsInRun {
+            camera_id: self.camera.id.0,
             observations: self.of_cells.iter().map(|(count, _)| count).sum(),
             sigma_px: variance.sqrt(),
             statistic: ratio,
             degrees: [degrees, left],
             p: f_tail(ratio, [degrees, left])?,
             effect_px: by_cells.max(by_rings),
-            cells: self.cells,
-            cell_means,
-            rings,
+            cells: [self.cells.columns(), self.cells.rows()],
+            tails,
+            means: Means { cell_px: self.cells.cell_px(), cells: cell_means, rings },
         })
     }
 }
