@@ -160,6 +160,17 @@ fn lose(case: &mut Case, count: usize) {
     }
 }
 
+fn hold(case: &mut Case) {
+    for sample in case.one.parameters.iter_mut().flat_map(|one| &mut one.samples) {
+        sample.state = SampleState::Held;
+    }
+}
+
+fn set_aside(case: &mut Case) {
+    let aside = SetAside { run: "run6".to_owned(), camera_id: 1, without_ray: 0.2 };
+    case.one.spread.as_mut().unwrap().set_aside.push(aside);
+}
+
 #[test]
 fn without_a_finding_it_is_repeatable_to_the_spread() {
     let case = case(6);
@@ -216,28 +227,10 @@ fn causes() -> [(usize, Change, VerdictKind, &'static [FindingId]); 28] {
         (6, |c| c.one.residuals = residuals(9e-4, 0.0, 1.6), Repeatable, &[]),
         (6, |c| c.one.clusters = Some(parts([4, 2])), Doubtful, &[Clusters]),
         (6, |c| c.one.clusters = Some(parts([5, 1])), Doubtful, &[OutlierRun]),
-        (
-            6,
-            |c| {
-                let run = "run6".to_owned();
-                let aside = SetAside { run, camera_id: 1, without_ray: 0.2 };
-                c.one.spread.as_mut().unwrap().set_aside.push(aside);
-            },
-            Doubtful,
-            &[OutlierRun],
-        ),
+        (6, set_aside, Doubtful, &[OutlierRun]),
         (6, |c| c.one.spread = None, Doubtful, &[NoSpread]),
         (6, |c| lose(c, 1), Doubtful, &[LostRuns]),
-        (
-            6,
-            |c| {
-                c.one.parameters.iter_mut().for_each(|p| {
-                    p.samples.iter_mut().for_each(|s| s.state = SampleState::Held);
-                })
-            },
-            NotDetermined,
-            &[NoEstimate],
-        ),
+        (6, hold, NotDetermined, &[NoEstimate]),
         (
             6,
             |c| c.runs[..3].iter_mut().for_each(|run| run.refinement = Some(open())),
@@ -290,10 +283,6 @@ fn what_weighs_most_decides_and_is_said_first() {
 
 #[test]
 fn what_was_held_has_no_spread_to_repeat_to() {
-    let verdict = with(6, |case| {
-        for sample in case.one.parameters.iter_mut().flat_map(|one| &mut one.samples) {
-            sample.state = SampleState::Held;
-        }
-    });
+    let verdict = with(6, hold);
     assert_eq!((verdict.n, verdict.spread_px, verdict.spread_interval_95), (0, None, None));
 }
