@@ -9,7 +9,9 @@ use calibstab::bundle::{self, Options, Refine, Which};
 use calibstab::camera::{Model, ParamClass};
 use calibstab::scene::{Camera, CameraId, Keypoint, Keypoints, Scene};
 use calibstab::stability::spread::Region;
-use calibstab::stability::{self, FindingId, HeldClass, Inside, Population, Run};
+use calibstab::stability::{
+    self, FindingId, HeldClass, Inside, Mean, Population, ResidualsInRun, Run,
+};
 use calibstab::synth;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
@@ -171,6 +173,7 @@ fn independent_noise_spreads_as_predicted_and_planted_faults_are_found_out() {
         eprintln!("{class:?}: unevenness {uneven:.2}");
         assert!(uneven < 1.0, "{class:?} {uneven}");
     }
+    assert_no_pattern(&sound);
 
     // Sigma for unit noise.
     let without_sigma = groups(10, |outcome| outcome.sigma_px.unwrap().powi(-2));
@@ -197,6 +200,110 @@ fn independent_noise_spreads_as_predicted_and_planted_faults_are_found_out() {
     assert!(is_inside(found, interval), "{found} {interval:?}");
     let (found, interval) = ratio(&free, |one| one.spread.as_ref().unwrap().raw.rms_px);
     assert!(!is_inside(found, interval), "{found} {interval:?}");
+}
+
+/// Of groups whose lenses are right: residuals have no pattern, and no points stand out.
+fn assert_no_pattern(sound: &[Population]) {
+    let runs = sound.iter().flat_map(|one| &one.residuals.as_ref().unwrap().runs);
+    let runs: Vec<&ResidualsInRun> = runs.map(|run| &run.residuals).collect();
+    assert_eq!(runs.len(), GROUP as usize * sound.len());
+    let uneven = distance_from_even(runs.iter().map(|run| run.p).collect());
+    let mean = |of: &dyn Fn(&ResidualsInRun) -> f64| {
+        runs.iter().map(|run| of(run)).sum::<f64>() / runs.len() as f64
+    };
+    let [sigma, effect] = [mean(&|run| run.sigma_px), mean(&|run| run.effect_px)];
+    let [ratio, beyond] =
+        [mean(&|run| run.tails.unwrap().sigma_ratio), mean(&|run| run.tails.unwrap().beyond_share)];
+    eprintln!(
+        "pattern: unevenness {uneven:.2}, sigma {sigma:.4} px, effect {effect:.4} px; sigma ratio {ratio:.4}, beyond {beyond:.5}"
+    );
+    assert!(uneven < 1.0, "{uneven}");
+    assert!((sigma - 0.5).abs() < 0.01, "{sigma}");
+    assert!((ratio - 1.0).abs() < 0.02, "{ratio}");
+    assert!((beyond - 1e-3).abs() < 5e-4, "{beyond}");
+    for one in sound {
+        assert!(!is_found(one, FindingId::ResidualPattern), "{:?}", one.verdict);
+        assert!(!has_tails(one), "{:?}", one.residuals.as_ref().unwrap().tails);
+        // Of a mean the noise is what its standard error says.
+        let map = &one.residuals.as_ref().unwrap().map;
+        assert_eq!(map.n, GROUP as usize);
+    }
+    let cells = sound.iter().flat_map(|one| &one.residuals.as_ref().unwrap().map.cells);
+    let rings = sound.iter().flat_map(|one| &one.residuals.as_ref().unwrap().map.rings);
+    for means in [cells.map(|cell| cell.mean).collect::<Vec<_>>(), rings.map(|r| r.mean).collect()]
+    {
+        let off =
+            |mean: &Mean| [0, 1].map(|axis| (mean.px[axis] / mean.std_error_px[axis]).powi(2));
+        let squares: Vec<f64> = means.iter().flat_map(off).collect();
+        let mean = squares.iter().sum::<f64>() / squares.len() as f64;
+        eprintln!("{} means: squares in their standard errors {mean:.3}", means.len());
+        // Means of a run hang together; five times the deviation of independent ones.
+        let wide = 5.0 * (2.0 / squares.len() as f64).sqrt();
+        assert!((mean - 1.0).abs() < wide, "{mean} {wide}");
+    }
+}
+
+/// Whether points that do not fit were found.
+fn has_tails(one: &Population) -> bool {
+    let tails = one.residuals.as_ref().unwrap().tails.unwrap();
+    tails.p < 1e-3 && tails.sigma_ratio > 1.4
+}
+
+#[test]
+fn two_cameras_of_unlike_noise_have_no_pattern_either() {
+    let runs = (2 * group_count()).min(200);
+    let two = |run: u32, noise_px: f64| {
+        let lens = |model: &str, lens: &[f64]| {
+            let intrinsics = Model::named(model).unwrap().with_params(lens).unwrap();
+            Camera { intrinsics, width: 640, height: 480 }
+        };
+        let options = synth::Options {
+            cameras: vec![
+                lens("OPENCV", &[600.0, 598.0, 320.0, 240.0, -0.2, 0.06, 5e-4, -3e-4]),
+                lens("SIMPLE_RADIAL", &[500.0, 320.0, 240.0, -0.1]),
+            ],
+            image_count: 16,
+            point_count: 300,
+            most_per_image: 90,
+            noise_px,
+            start_off: 0.0,
+            run,
+            own_views: false,
+            ..synth::Options::default()
+        };
+        synth::make(&options).unwrap().run
+    };
+    let mut p: Vec<Vec<f64>> = vec![Vec::new(); 2];
+    let mut sigma = [0.0; 2];
+    for run in 0..runs {
+        let noisy = two(run, 0.75);
+        let keypoints: Vec<Vec<[f64; 2]>> = noisy
+            .geometry
+            .iter()
+            .flat_map(|geometry| geometry.images.values())
+            .map(|image| image.keypoints.iter().map(|keypoint| keypoint.xy).collect())
+            .collect();
+        let mut scene = two(run, 0.5);
+        with_keypoints(
+            &mut scene,
+            |image, at, own| {
+                if image % 2 == 1 { keypoints[image][at] } else { own }
+            },
+        );
+        let inside = refined(run, scene, no_fault).inside.unwrap();
+        assert_eq!(inside.residuals.len(), 2);
+        for (camera, residuals) in inside.residuals.iter().enumerate() {
+            p[camera].push(residuals.p);
+            sigma[camera] += residuals.sigma_px / f64::from(runs);
+        }
+    }
+    eprintln!("sigma of both cameras {sigma:.3?}");
+    for p in p {
+        let uneven = distance_from_even(p);
+        eprintln!("unevenness {uneven:.2}");
+        assert!(uneven < 1.0, "{uneven}");
+    }
+    assert!((sigma[0] - 0.5).abs() < 0.05 && (sigma[1] - 0.75).abs() < 0.05, "{sigma:?}");
 }
 
 /// Moves the keypoints of some images, by the number of the image and of the keypoint.
@@ -303,7 +410,25 @@ fn what_is_wrong_in_all_runs_alike_does_not_show_in_the_ratio() {
     assert!((test.parameters[2].after - 320.0).abs() < 2.0, "{:?}", test.parameters);
     let test = held(&wrong_order, HeldClass::NextRadial);
     assert!(test.p < 1e-3, "{test:?}");
-    eprintln!("wrong order: {:?} px", test.effect_px);
+    let residuals = wrong_order.residuals.as_ref().unwrap();
+    eprintln!(
+        "wrong order: {:?} px; pattern {:.3} px, p {:.0e}",
+        test.effect_px, residuals.effect_px, residuals.p
+    );
+    assert!(is_found(&wrong_order, FindingId::ResidualPattern), "{:?}", wrong_order.verdict);
+    // Inward or outward by rings, and not along the tangent.
+    let of_axis = |axis: usize| {
+        let rings = residuals.map.rings.iter();
+        rings
+            .map(|ring| (ring.mean.px[axis] / ring.mean.std_error_px[axis]).abs())
+            .fold(0.0, f64::max)
+    };
+    assert!(of_axis(0) > 10.0 && of_axis(1) < 5.0, "{} {}", of_axis(0), of_axis(1));
+    let tails = outliers.residuals.as_ref().unwrap().tails.unwrap();
+    eprintln!("outliers: {tails:?}");
+    assert!(has_tails(&outliers), "{tails:?}");
+    assert!((tails.robust_sigma_px - 0.5).abs() < 0.1, "{tails:?}");
+    assert!(!is_found(&outliers, FindingId::ResidualPattern), "{:?}", outliers.verdict);
     let other_scenes = of(&mut runs.map(|run| {
         let mut scene = noisy_room(u64::from(run) + 1, run, 0.15);
         replace_camera(&mut scene, "SIMPLE_RADIAL", &[600.0, 320.0, 240.0, -0.15]);

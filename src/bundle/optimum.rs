@@ -31,6 +31,8 @@ pub struct Observation {
     pub camera: CameraId,
     /// The image.
     pub image: ImageId,
+    /// The number of its point among those that took part; observations of one point follow each other.
+    pub track: usize,
     /// Where it was measured, in px.
     pub pixel: [f64; 2],
     /// Projection less measurement, in px.
@@ -56,6 +58,11 @@ impl Optimum {
         self.options.loss
     }
 
+    /// Whether points moved.
+    pub fn moves_points(&self) -> bool {
+        self.options.mode.moves_points()
+    }
+
     /// The intrinsics that moved and are on no bound: what [`Probe`](super::Probe) says follows.
     pub fn free(&self) -> &[FreeParam] {
         &self.free
@@ -72,10 +79,10 @@ impl Optimum {
         let mut all = Vec::with_capacity(problem.observations);
         for chunk in &problem.chunks {
             let mut start = 0;
-            for (&end, point) in chunk.ends.iter().zip(&state.points[chunk.points.clone()]) {
+            for (&end, track) in chunk.ends.iter().zip(chunk.points.clone()) {
                 for sighting in &chunk.sightings[start..end as usize] {
                     let image = chunk.images[sighting.image as usize] as usize;
-                    all.extend(self.observation(image, point, sighting));
+                    all.extend(self.observation(image, (track, &state.points[track]), sighting));
                 }
                 start = end as usize;
             }
@@ -87,7 +94,7 @@ impl Optimum {
     pub(super) fn observation(
         &self,
         image: usize,
-        point: &Vector3<f64>,
+        (track, point): (usize, &Vector3<f64>),
         sighting: &Sighting,
     ) -> Option<Observation> {
         let Self { problem, state, .. } = self;
@@ -96,6 +103,7 @@ impl Optimum {
         Some(Observation {
             camera: problem.cameras[camera],
             image: problem.images[image],
+            track,
             pixel: sighting.xy,
             residual: residual(&state.params[camera], pose, point, &sighting.xy)?,
             point: pose.see(point),

@@ -43,7 +43,8 @@ impl Optimum {
         for chunk in &problem.chunks {
             let mut rows = vec![Row::ZERO; chunk.longest];
             let mut start = 0;
-            for (&end, point) in chunk.ends.iter().zip(&state.points[chunk.points.clone()]) {
+            for (&end, number) in chunk.ends.iter().zip(chunk.points.clone()) {
+                let point = &state.points[number];
                 let track = &chunk.sightings[start..end as usize];
                 start = end as usize;
                 let rows = &mut rows[..track.len()];
@@ -53,7 +54,7 @@ impl Optimum {
                 for sighting in track {
                     let mut of_one = Vec::new();
                     let image = chunk.images[sighting.image as usize] as usize;
-                    if let Some(seen) = self.observation(image, point, sighting) {
+                    if let Some(seen) = self.observation(image, (number, point), sighting) {
                         entries(&seen, &mut of_one);
                     }
                     own.push(of_one);

@@ -73,7 +73,7 @@ pub(super) enum Match {
 enum Format {
     /// analysis.json: everything, maps in single precision, all else in full (see `calibstab schema`)
     Json,
-    /// runs.csv, samples.csv, statistics.csv, spread.csv, run_deviations.csv, comparisons.csv and components.csv
+    /// runs.csv, samples.csv, statistics.csv, spread.csv, prediction.csv, held.csv, residuals.csv and others
     Csv,
     /// report.md
     Md,
@@ -134,7 +134,7 @@ impl Match {
 
 type CsvTable = fn(&Analysis) -> csv::Result<Vec<u8>>;
 
-const CSV_TABLES: [(&str, CsvTable); 9] = [
+const CSV_TABLES: [(&str, CsvTable); 10] = [
     ("comparisons.csv", report::comparisons_csv),
     ("components.csv", report::components_csv),
     ("runs.csv", report::runs_csv),
@@ -143,6 +143,7 @@ const CSV_TABLES: [(&str, CsvTable); 9] = [
     ("spread.csv", report::spread_csv),
     ("prediction.csv", report::prediction_csv),
     ("held.csv", report::held_csv),
+    ("residuals.csv", report::residuals_csv),
     ("run_deviations.csv", report::run_deviations_csv),
 ];
 

@@ -5,6 +5,7 @@ use std::fmt::Write;
 use super::between;
 use super::prediction::{birge_words, direction_words, predicted_words};
 use super::refinement::{adjustments_table, correlation_table, left_words};
+use super::residuals::residual_words;
 use super::run_rows;
 use super::sections;
 use super::side_by_side::side_by_side;
@@ -40,7 +41,14 @@ pub fn markdown(analysis: &Analysis, pictures: &[(String, String)]) -> String {
             let words = escaped(&spread_words(spread));
             let _ = write!(out, "\n{}\n{words}.\n", spread_table(spread).markdown());
         }
-        let more = [left_words, overlap_words, predicted_words, birge_words, direction_words];
+        let more = [
+            left_words,
+            overlap_words,
+            predicted_words,
+            birge_words,
+            direction_words,
+            residual_words,
+        ];
         for words in more.iter().filter_map(|words| words(population)) {
             let _ = write!(out, "\n{}.\n", escaped(&words));
         }

@@ -195,6 +195,8 @@ fn tone(id: FindingId) -> Tone {
         | FindingId::Clusters
         | FindingId::Birge
         | FindingId::HeldParameter
+        | FindingId::ResidualPattern
+        | FindingId::HeavyTails
         | FindingId::SharedObservations
         | FindingId::NoSpread
         | FindingId::SmallRegion

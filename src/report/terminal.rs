@@ -7,6 +7,7 @@ use anstyle::Style;
 use super::between;
 use super::prediction::{birge_words, direction_words, predicted_words};
 use super::refinement::{correlation_words, left_words};
+use super::residuals::residual_words;
 use super::sections;
 use super::side_by_side::side_by_side;
 use super::spread::{overlap_words, parts_table, spread_table, spread_words};
@@ -36,6 +37,7 @@ pub fn terminal(analysis: &Analysis, width: Option<usize>) -> String {
             predicted_words,
             birge_words,
             direction_words,
+            residual_words,
         ];
         for words in more.iter().filter_map(|words| words(population)) {
             let _ = writeln!(out, "{words}.");

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::spread::{Region, Spread};
 use super::{AsLeft, Refinement, RefinementOptions};
-use super::{Clusters, HeldTest, Overlap, Verdict};
+use super::{Clusters, HeldTest, Overlap, Residuals, Verdict};
 use super::{Components, GroupComparison, Prediction};
 
 /// The version of the shape below; grows when a reader of older files would go wrong.
@@ -150,6 +150,8 @@ pub struct Population {
     pub prediction: Option<Prediction>,
     /// What freeing each class of held parameters would do; empty where nothing was refined with a squared loss.
     pub held: Vec<HeldTest>,
+    /// What the adjustments left of the observations; none where nothing was refined with a squared loss, or too little was observed.
+    pub residuals: Option<Residuals>,
     /// How far the calibrations disagree in the image; none with fewer than two.
     pub spread: Option<Spread>,
     /// Why two calibrations or more have no spread.
@@ -334,6 +336,10 @@ pub enum FindingId {
     Birge,
     /// What was held wants to move, and moves the lens.
     HeldParameter,
+    /// The residuals have a pattern over the image.
+    ResidualPattern,
+    /// Some points fit far worse than most.
+    HeavyTails,
     /// The runs share nearly all of their observations.
     SharedObservations,
     /// Two calibrations or more could not be compared in the image.
@@ -379,6 +385,8 @@ impl FindingId {
             Self::Clusters => "clusters",
             Self::Birge => "birge",
             Self::HeldParameter => "held-parameter",
+            Self::ResidualPattern => "residual-pattern",
+            Self::HeavyTails => "heavy-tails",
             Self::SharedObservations => "shared-observations",
             Self::NoSpread => "no-spread",
             Self::MixedStates => "mixed-states",

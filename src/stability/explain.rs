@@ -2,7 +2,7 @@
 
 use super::FindingId;
 use super::clusters::{FEWEST, LEAST_GAP_PX, least_ratio};
-use super::inside::{LEAST_EFFECT_PX, MOST_P};
+use super::inside::{LEAST_EFFECT_PX, LEAST_PATTERN_PX, MOST_P, MOST_SIGMA_RATIO, TAIL};
 use super::overlap::MOST_SHARED;
 use super::prediction::remarks::MOST_BIRGE;
 use super::screen::FEW_IMAGES;
@@ -46,6 +46,9 @@ fn with_thresholds(text: &str) -> String {
         ("{MOST_BIRGE}", MOST_BIRGE.to_string()),
         ("{MOST_P}", MOST_P.to_string()),
         ("{LEAST_EFFECT_PX}", LEAST_EFFECT_PX.to_string()),
+        ("{LEAST_PATTERN_PX}", LEAST_PATTERN_PX.to_string()),
+        ("{MOST_SIGMA_RATIO}", MOST_SIGMA_RATIO.to_string()),
+        ("{TAIL}", TAIL.to_string()),
         ("{FEW_IMAGES}", percent(FEW_IMAGES)),
         ("{MOST_WITHOUT_RAY}", percent(MOST_WITHOUT_RAY)),
         ("{FEWEST}", FEWEST.to_string()),
@@ -75,7 +78,7 @@ const _: () = {
     assert!(at == FindingId::Reading as usize + 1);
 };
 
-const TEXTS: [Texts; 28] = [
+const TEXTS: [Texts; 30] = [
     Texts {
         id: FindingId::OpenDirection,
         short: "the observations leave a combination of parameters open",
@@ -233,6 +236,31 @@ const TEXTS: [Texts; 28] = [
             RMS over the region with rotation removed. Where it is near that, the run is adjusted again with the class free.",
         advice: "Free it (--refine principal-point, or a model with another term) where the std of what is freed stays small, \
             or hold it at a value that is known. What all runs share is settled by a reference alone.",
+    },
+    Texts {
+        id: FindingId::ResidualPattern,
+        short: "the residuals have a pattern over the image",
+        meaning: "In parts of the image all projections miss their keypoints the same way, in all runs alike: a lens that this model \
+            cannot be, such as a missing radial term, or keypoints that are off by where they lie. No spread shows it, and the \
+            lens is off by more than the pattern, as poses, points and parameters have taken what they could of it.",
+        found: "Mean residuals over cells of the image (twelve in a row, fewer where too little was observed) and, outward and along \
+            the tangent, over rings about the principal point are tested together against independent noise: F, with the part \
+            that the adjustment itself takes away. The camera has this finding when twice the median of its runs' p-values is \
+            below {MOST_P} and the RMS of the means, less that of noise, is above {LEAST_PATTERN_PX} px in half of the runs: lens models \
+            that are right leave half as much in real keypoints.",
+        advice: "Look at the plots of the residuals and at residuals.csv: arrows that point outward or inward by rings ask for a radial \
+            term, that is a model with more of them; others for tangential terms or a free principal point (--refine).",
+    },
+    Texts {
+        id: FindingId::HeavyTails,
+        short: "some points fit far worse than most",
+        meaning: "Wrong matches, moving things, or blurred keypoints. With a squared loss they weigh most of all: sigma is a mean \
+            of good and bad, and the calibration varies more than the good points alone would let it. No ratio of observed to \
+            predicted spread shows it, since sigma has grown too. It does not bear on the verdict.",
+        found: "The squares of a point's residuals are summed and held against chi-square. Sigma is more than {MOST_SIGMA_RATIO} times \
+            what the median point says, and more points than {TAIL} of all lie beyond what {TAIL} of normal ones would (p below \
+            {MOST_P}).",
+        advice: "Refine with a loss that lets them count less (--loss huber, or cauchy), or filter points by their error in COLMAP.",
     },
     Texts {
         id: FindingId::SharedObservations,

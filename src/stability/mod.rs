@@ -40,7 +40,10 @@ pub use compare::{CompareError, ComparedCamera, Comparison, ToReference, compare
 pub use components::{Components, ImageComponents, ParameterComponents, VarianceComponents};
 pub use explain::Explanation;
 pub use identity::MatchError;
-pub use inside::{FreedParameter, HeldClass, HeldInRun, HeldTest, Inside, RunHeld};
+pub use inside::{
+    CellMean, FreedParameter, HeldClass, HeldInRun, HeldTest, Inside, Mean, ResidualMap, Residuals,
+    ResidualsInRun, RingMean, RunHeld, RunResiduals, Tails,
+};
 pub use overlap::Overlap;
 pub use prediction::remarks::MOST_BIRGE;
 pub use prediction::{Consistency, Direction, PredictedSpread, Prediction, Ratio, RunPrediction};

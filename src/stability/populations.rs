@@ -8,7 +8,7 @@ use super::between::SameCamera;
 use super::disagreement::{Background, Disagreement, correlations, disagreement, left_spread};
 use super::group::Group;
 use super::image_effect::{fill_std_px, folds};
-use super::inside::held_tests;
+use super::inside::{held_tests, residuals_of};
 use super::physical::{CameraOfGroup, labels, physical_cameras, with_sharers};
 use super::prediction::{Beside, prediction};
 use super::refinement::predicted_correlations;
@@ -138,6 +138,7 @@ fn of_places(
         parameters,
         prediction,
         held: held_tests(&with_runs),
+        residuals: residuals_of(&with_runs, overlap.as_ref()),
         spread,
         without_spread,
         clusters,

@@ -3,7 +3,7 @@
 use statrs::function::beta::{checked_beta_reg, checked_ln_beta};
 
 /// Probability that F with these degrees exceeds `f`; none unless `f` is at least 0 and both degrees are above it.
-pub(super) fn upper_tail(f: f64, [above, below]: [f64; 2]) -> Option<f64> {
+pub fn upper_tail(f: f64, [above, below]: [f64; 2]) -> Option<f64> {
     if f.is_nan() || f < 0.0 {
         return None;
     }

@@ -15,8 +15,9 @@ mod spread_interval;
 mod testing;
 mod variance_tests;
 
-pub use chi_square::chi_square_tail;
+pub use chi_square::{chi_square_quantile, chi_square_tail};
 pub use correlation::pearson;
+pub use fisher::upper_tail as f_tail;
 pub use one_way::{OneWay, one_way};
 pub use repeats::{Repeats, degrees_of_distances};
 pub use sorted::{BoxPlot, Sorted};

@@ -1,6 +1,6 @@
 //! How well so few samples determine a standard deviation.
 
-use statrs::distribution::{ChiSquared, Continuous, ContinuousCDF};
+use super::chi_square_quantile;
 
 /// Factors by which to multiply the standard deviation of n normal samples for the ends of its confidence interval:
 /// sqrt((n - 1) / q) at the quantiles q of chi-square with n - 1 degrees. None with fewer than two samples.
@@ -13,19 +13,9 @@ pub fn std_interval_factors(n: usize, confidence: f64) -> Option<[f64; 2]> {
 
 /// The same for any standard deviation with so many degrees of freedom, which need not be whole.
 pub fn std_interval_factors_of_degrees(degrees: f64, confidence: f64) -> Option<[f64; 2]> {
-    let chi_square = ChiSquared::new(degrees).ok()?;
     let tail = (1.0 - confidence) / 2.0;
-    let factor = |probability| (degrees / quantile(&chi_square, probability)).sqrt();
-    Some([factor(1.0 - tail), factor(tail)])
-}
-
-/// statrs' quantile is off by 7e-11 at 2 degrees; Newton's steps on its distribution function are not.
-fn quantile(chi_square: &ChiSquared, probability: f64) -> f64 {
-    let mut at = chi_square.inverse_cdf(probability);
-    for _ in 0..3 {
-        at -= (chi_square.cdf(at) - probability) / chi_square.pdf(at);
-    }
-    at
+    let factor = |probability| Some((degrees / chi_square_quantile(probability, degrees)?).sqrt());
+    Some([factor(1.0 - tail)?, factor(tail)?])
 }
 
 #[cfg(test)]

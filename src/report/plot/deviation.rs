@@ -1,9 +1,9 @@
 //! The run that is furthest off the others: where to, and how far, as arrows over the image.
 
-use super::axis::{decimal_exponent, decimal_number};
+use super::arrows::{FACTORS, arrow, round_below};
 use super::color::{Color, GREY, INK, opaque};
 use super::columns::{Columns, PanelWidth};
-use super::drawing::{Drawing, Pinned, Point};
+use super::drawing::{Drawing, Pinned};
 use super::font::{Font, clean};
 use super::number::significant;
 use super::page::{BODY, Page, SMALL};
@@ -11,15 +11,15 @@ use super::plane::{BELOW, Placed, Plane};
 use super::spreads::{SpreadOf, Spreads};
 use crate::stability::spread::Spread;
 
-const PLOT_WIDTHS: [f64; 2] = [560.0, 380.0];
-const COLUMN_GAP: f64 = 26.0;
-const HEADING_HEIGHT: f64 = 40.0;
-const KEY_HEIGHT: f64 = 30.0;
-const PANEL_GAP: f64 = 16.0;
+pub const PLOT_WIDTHS: [f64; 2] = [560.0, 380.0];
+pub const COLUMN_GAP: f64 = 26.0;
+pub const HEADING_HEIGHT: f64 = 40.0;
+pub const KEY_HEIGHT: f64 = 30.0;
+pub const PANEL_GAP: f64 = 16.0;
 /// The longest arrow as a multiple of their distance: longer ones would cover each other.
 const LONGEST: f64 = 1.1;
 /// Where the runs were compared.
-const GROUND: Color = opaque(0xEE, 0xEE, 0xEE);
+pub const GROUND: Color = opaque(0xEE, 0xEE, 0xEE);
 
 /// The figure; none where no run is off.
 pub fn draw(spreads: &Spreads, font: &Font) -> Option<Drawing> {
@@ -27,7 +27,7 @@ pub fn draw(spreads: &Spreads, font: &Font) -> Option<Drawing> {
         |member: &&SpreadOf| member.spread.worst.px.iter().any(|px| px[0].hypot(px[1]) > 0.0);
     let shown: Vec<&SpreadOf> = spreads.members.iter().filter(is_off).collect();
     let plot_width = if shown.len() == 1 { PLOT_WIDTHS[0] } else { PLOT_WIDTHS[1] };
-    let plane = Plane::new(font, spreads.size, shown.first()?.spread, plot_width);
+    let plane = Plane::of_spread(font, spreads.size, shown.first()?.spread, plot_width);
     let width = PanelWidth { left: plane.left_room(font), plot: PLOT_WIDTHS, right: COLUMN_GAP };
     let columns = Columns::new(shown.len(), 0.0, &width);
     let subtitle = "The run furthest off the others, turned onto them: from where they see a point to where it does";
@@ -86,57 +86,4 @@ fn words(spread: &Spread) -> String {
         format!(": {rms} px RMS, at most {max} px")
     });
     clean(&worst.run) + &off.unwrap_or_default()
-}
-
-/// What arrows are drawn longer by: these times a power of ten.
-const FACTORS: [f64; 7] = [8.0, 6.0, 5.0, 4.0, 3.0, 2.0, 1.0];
-
-/// The number of one of these times a power of ten at or below this, with its label; the multiples go down to 1.
-fn round_below(value: f64, multiples: &[f64]) -> (f64, String) {
-    let exponent = decimal_exponent(value);
-    let mut round = multiples.iter().map(|times| decimal_number(*times, exponent));
-    let found = round.find(|round| *round <= value).unwrap_or(value);
-    (found, significant(found, 1))
-}
-
-/// An arrow from here by so much; a dot where it would be shorter than its head is thick.
-fn arrow(drawing: &mut Drawing, [x, y]: Point, [dx, dy]: Point, color: Color) {
-    const HALF_SHAFT: f64 = 0.55;
-    const HALF_HEAD: f64 = 2.4;
-    const HEAD: f64 = 6.0;
-    let length = dx.hypot(dy);
-    if length < 2.0 * HALF_SHAFT {
-        return drawing.disc([x, y], 2.0 * HALF_SHAFT, color);
-    }
-    let head = HEAD.min(0.6 * length);
-    let half_head = HALF_HEAD * head / HEAD;
-    let neck = length - head;
-    let corner = |along: f64, across: f64| {
-        let (ux, uy) = (dx / length, dy / length);
-        [x + ux * along - uy * across, y + uy * along + ux * across]
-    };
-    let corners = [
-        corner(0.0, HALF_SHAFT),
-        corner(neck, HALF_SHAFT),
-        corner(neck, half_head.max(HALF_SHAFT)),
-        corner(length, 0.0),
-        corner(neck, -half_head.max(HALF_SHAFT)),
-        corner(neck, -HALF_SHAFT),
-        corner(0.0, -HALF_SHAFT),
-    ];
-    drawing.area(&corners, color);
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn scales_are_round_and_never_too_large() {
-        for (value, label) in
-            [(5.0, "5"), (4.9, "2"), (0.00123, "0.001"), (99.0, "50"), (100.0, "100"), (0.3, "0.2")]
-        {
-            assert_eq!(round_below(value, &[5.0, 2.0, 1.0]).1, label, "{value}");
-        }
-    }
 }

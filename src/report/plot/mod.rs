@@ -2,6 +2,7 @@
 //!
 //! Draws what the analysis carries and computes nothing but where it goes on the page. Same analysis, same bytes.
 
+mod arrows;
 mod axis;
 mod boxes;
 mod color;
@@ -25,6 +26,11 @@ mod profile;
 mod ramp;
 mod range;
 mod render;
+mod residual_map;
+mod residual_profile;
+#[cfg(test)]
+mod residual_tests;
+mod residuals;
 mod runs;
 mod scatter;
 #[cfg(test)]
@@ -46,6 +52,7 @@ use crate::stability::{Analysis, ComparedCamera, Comparison};
 
 use drawing::Drawing;
 use font::Font;
+use residuals::ResidualMaps;
 use spreads::Spreads;
 use stem::Stems;
 use subject::Subject;
@@ -80,6 +87,10 @@ pub enum FigureKind {
     Profile,
     /// Where the run that is furthest off deviates.
     Deviation,
+    /// Where the residuals of the runs lean to.
+    Residuals,
+    /// How far they lean outward and along the tangent, by distance from the principal point.
+    ResidualProfile,
 }
 
 /// A figure that could not be made.
@@ -129,6 +140,7 @@ pub fn figures(analysis: &Analysis) -> Result<Vec<Figure>, PlotError> {
             );
         }
         figures.extend(spread_figures(&Spreads::of_subject(&subject, &font), &stem, &font));
+        figures.extend(residual_figures(&ResidualMaps::new(&subject, &font), &stem, &font));
     }
     Ok(figures)
 }
@@ -155,6 +167,19 @@ fn spread_figures(spreads: &Spreads, stem: &str, font: &Font) -> Vec<Figure> {
             figures.push(if number == 1 { figure } else { figure.continued(number) });
         }
     }
+    figures
+}
+
+fn residual_figures(maps: &ResidualMaps, stem: &str, font: &Font) -> Vec<Figure> {
+    let figure = |kind, drawing| Figure::new(kind, stem, &maps.camera, drawing, font);
+    let mut figures = Vec::new();
+    for (number, page) in (1..).zip(&maps.pages()) {
+        let Some(drawing) = residual_map::draw(page, font) else { continue };
+        let map = figure(FigureKind::Residuals, drawing);
+        figures.push(if number == 1 { map } else { map.continued(number) });
+    }
+    let profile = residual_profile::draw(maps, font);
+    figures.extend(profile.map(|drawing| figure(FigureKind::ResidualProfile, drawing)));
     figures
 }
 
@@ -193,6 +218,8 @@ impl FigureKind {
             Self::Spread => "spread",
             Self::Profile => "profile",
             Self::Deviation => "deviation",
+            Self::Residuals => "residuals",
+            Self::ResidualProfile => "residual-profile",
         }
     }
 
@@ -205,6 +232,8 @@ impl FigureKind {
             Self::Spread => "spread over the image",
             Self::Profile => "spread by distance from the centre",
             Self::Deviation => "deviation of the run furthest off",
+            Self::Residuals => "mean residuals over the image",
+            Self::ResidualProfile => "mean residuals by distance from the principal point",
         }
     }
 }

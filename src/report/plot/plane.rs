@@ -38,12 +38,22 @@ pub struct Placed<'p> {
 
 impl Plane {
     /// The image whose cells a spread counts.
-    pub fn new(font: &Font, [wide, high]: [u64; 2], spread: &Spread, width: f64) -> Self {
+    pub fn of_spread(font: &Font, size: [u64; 2], spread: &Spread, width: f64) -> Self {
+        Self::new(font, size, [spread.columns, spread.rows], width)
+    }
+
+    /// The image in so many columns and rows.
+    pub fn new(
+        font: &Font,
+        [wide, high]: [u64; 2],
+        [columns, rows]: [usize; 2],
+        width: f64,
+    ) -> Self {
         let size = [wide.max(1) as f64, high.max(1) as f64];
         let height = (width * size[1] / size[0]).clamp(width / HIGHEST.powi(3), HIGHEST * width);
         let x = exact_level_axis(font, [0.0, size[0]], width);
         let y = Axis::exact([0.0, size[1]], upright_tick_count(height)).downwards();
-        Self { size, columns: spread.columns, rows: spread.rows, width, height, x, y }
+        Self { size, columns, rows, width, height, x, y }
     }
 
     /// What its labels need left of it.
@@ -78,6 +88,13 @@ impl Placed<'_> {
         let Rect { left, top, right, bottom } = self.plot;
         let (columns, rows) = (self.plane.columns as f64, self.plane.rows as f64);
         [left + (right - left) * column / columns, top + (bottom - top) * row / rows]
+    }
+
+    /// A pixel of the image.
+    pub fn of_pixel(&self, [x, y]: Point) -> Point {
+        let [wide, high] = self.plane.size;
+        let [columns, rows] = [self.plane.columns, self.plane.rows].map(|count| count as f64);
+        self.of_cells([x / wide * columns, y / high * rows])
     }
 
     /// The middle of a cell.
@@ -228,7 +245,7 @@ mod tests {
     fn every_cell_has_its_colour_and_nothing_else_is_painted() {
         let font = Font::load().unwrap();
         let spread = spread_over([640, 480], |[x, y]| Some((x + y) / 100.0));
-        let plane = Plane::new(&font, [640, 480], &spread, 380.0);
+        let plane = Plane::of_spread(&font, [640, 480], &spread, 380.0);
         let place = plane.placed([50.0, 70.0]);
         // Bands, with holes and a ragged edge.
         let is_in = |cell: &usize| cell % 7 != 3 && cell % 60 < 50 - cell / 60 % 4;
@@ -262,7 +279,7 @@ mod tests {
     fn an_edge_surrounds_its_cells_and_leaves_the_border_of_the_image() {
         let font = Font::load().unwrap();
         let spread = spread_over([640, 480], |_| Some(1.0));
-        let plane = Plane::new(&font, [640, 480], &spread, 600.0);
+        let plane = Plane::of_spread(&font, [640, 480], &spread, 600.0);
         let mut drawing = Drawing::new(700.0);
         // Cells of 10 x 10: two by two in the corner of the image, and one alone.
         plane.placed([0.0, 0.0]).edge(&mut drawing, &[0, 1, 60, 61, 1000], GREY);

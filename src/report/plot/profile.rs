@@ -13,13 +13,13 @@ use super::spreads::{SpreadOf, Spreads};
 use crate::stability::PredictedSpread;
 use crate::stability::spread::Ring;
 
-const PLOT_WIDTHS: [f64; 2] = [380.0, 380.0];
-const PLOT_HEIGHT: f64 = 240.0;
-const CAPTION_HEIGHT: f64 = 24.0;
-const TICKS_HEIGHT: f64 = 22.0;
-const AXIS_NAME_HEIGHT: f64 = 20.0;
-const COLUMN_GAP: f64 = 26.0;
-const PANEL_GAP: f64 = 14.0;
+pub const PLOT_WIDTHS: [f64; 2] = [380.0, 380.0];
+pub const PLOT_HEIGHT: f64 = 240.0;
+pub const CAPTION_HEIGHT: f64 = 24.0;
+pub const TICKS_HEIGHT: f64 = 22.0;
+pub const AXIS_NAME_HEIGHT: f64 = 20.0;
+pub const COLUMN_GAP: f64 = 26.0;
+pub const PANEL_GAP: f64 = 14.0;
 /// Groups further apart than this factor share no even axis: the lower one would be a line at the bottom.
 const EVEN: f64 = 12.0;
 /// What a spread below this share of the greatest is, no one asks; without a bound zero would have no place.

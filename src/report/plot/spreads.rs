@@ -9,7 +9,7 @@ use crate::stability::spread::Spread;
 use crate::stability::{ComparedCamera, PredictedSpread};
 
 /// A page with more groups than this would be taller than anyone scrolls; they go on in another figure.
-const MOST_ON_A_PAGE: usize = 4;
+pub const MOST_ON_A_PAGE: usize = 4;
 
 /// A camera's spreads.
 #[derive(Clone)]

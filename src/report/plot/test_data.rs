@@ -90,6 +90,7 @@ pub fn population(
         correlations: Correlations::default(),
         prediction: None,
         held: vec![],
+        residuals: None,
         spread: None,
         without_spread: None,
         clusters: None,

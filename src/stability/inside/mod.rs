@@ -1,15 +1,21 @@
 //! What a single run gives away against itself, where no comparison of runs can see it: parameters that were held and want to
-//! move. Computed while the run's adjustment stands; what is kept is plain data.
+//! move, a pattern in the residuals, points that do not fit. Computed while the run's adjustment stands; what is kept is plain data.
 
 mod freed;
 mod held;
 mod population;
 pub(super) mod remarks;
+mod residuals;
 
 pub use held::{FreedParameter, HeldClass, HeldInRun};
 pub(super) use held::{LEAST_EFFECT_PX, MOST_P};
 pub(super) use population::held_tests;
 pub use population::{HeldTest, RunHeld};
+pub(super) use remarks::{LEAST_PATTERN_PX, MOST_SIGMA_RATIO};
+pub use residuals::{
+    CellMean, Mean, ResidualMap, Residuals, ResidualsInRun, RingMean, RunResiduals, Tails,
+};
+pub(super) use residuals::{TAIL, residuals_of};
 
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -25,6 +31,8 @@ use crate::scene::CameraId;
 pub struct Inside {
     /// Of each camera, what freeing a class of held parameters would do.
     pub held: Vec<HeldInRun>,
+    /// Of each camera, what its residuals show; none of a camera with few observations.
+    pub residuals: Vec<ResidualsInRun>,
 }
 
 /// More columns than this cost more than the adjustment did; a camera for each of so many images is no camera to judge.
@@ -45,13 +53,17 @@ impl Inside {
         if columns > MOST_COLUMNS {
             return Some(Self::default());
         }
+        let patterns = residuals::patterns(outcome, &observations, columns, MOST_COLUMNS);
         let entries = |seen: &Observation, entries: &mut Vec<Entry>| {
             held::add_entries(&candidates, seen, entries);
+            patterns.iter().for_each(|pattern| pattern.add_entries(seen, entries));
         };
-        let probe = optimum.probe(columns, &entries);
+        let probe = optimum.probe(residuals::end(&patterns, columns), &entries);
+        let tracks = residuals::Tracks::new(outcome, &observations, optimum.moves_points());
+        let residuals = residuals::residuals(&patterns, &probe, &observations, &tracks);
         let view = |camera| view(outcome, &observations, camera);
         let beside = held::Beside { optimum, probe: &probe, variance, region, view: &view };
-        Some(Self { held: held::tests(&candidates, &beside) })
+        Some(Self { held: held::tests(&candidates, &beside), residuals })
     }
 }
 

@@ -77,6 +77,7 @@ impl FindingId {
             | Self::Clusters
             | Self::Birge
             | Self::HeldParameter
+            | Self::ResidualPattern
             | Self::SharedObservations
             | Self::NoSpread
             | Self::SmallRegion
@@ -86,6 +87,7 @@ impl FindingId {
             | Self::BogusCamera
             | Self::FewImages
             | Self::MissingCamera
+            | Self::HeavyTails
             | Self::RefinementFailed
             | Self::NotRefined
             | Self::UnusedCamera

@@ -1,7 +1,7 @@
 //! The rule of the verdict: each cause alone, none, and several.
 
 use super::super::clusters::{Clusters, Part};
-use super::super::inside::{HeldClass, HeldTest};
+use super::super::inside::{HeldClass, HeldTest, ResidualMap, Residuals, Tails};
 use super::super::overlap::Overlap;
 use super::super::remarks;
 use super::super::spread::SetAside;
@@ -95,6 +95,21 @@ fn held(p: f64, effect_px: f64) -> Vec<HeldTest> {
     }]
 }
 
+/// Residuals with such a pattern, and points that fit so.
+fn residuals(p: f64, effect_px: f64, sigma_ratio: f64) -> Option<Residuals> {
+    let map = ResidualMap {
+        n: 6,
+        columns: 12,
+        rows: 9,
+        cell_px: [50.0; 2],
+        cells: vec![],
+        rings: vec![],
+    };
+    let (points, robust_sigma_px, beyond_share) = (100, 0.5, 0.1);
+    let tails = Some(Tails { points, robust_sigma_px, sigma_ratio, beyond_share, p });
+    Some(Residuals { n: 6, p, effect_px, sigma_px: 0.5, tails, map, runs: vec![] })
+}
+
 fn parts(sizes: [usize; 2]) -> Clusters {
     let part = |size: usize| Part {
         runs: (0..size).map(|run| format!("run{run}")).collect(),
@@ -145,6 +160,17 @@ fn lose(case: &mut Case, count: usize) {
     }
 }
 
+fn hold(case: &mut Case) {
+    for sample in case.one.parameters.iter_mut().flat_map(|one| &mut one.samples) {
+        sample.state = SampleState::Held;
+    }
+}
+
+fn set_aside(case: &mut Case) {
+    let aside = SetAside { run: "run6".to_owned(), camera_id: 1, without_ray: 0.2 };
+    case.one.spread.as_mut().unwrap().set_aside.push(aside);
+}
+
 #[test]
 fn without_a_finding_it_is_repeatable_to_the_spread() {
     let case = case(6);
@@ -175,7 +201,7 @@ fn what_runs_share_is_allowed_for_in_spread_and_interval() {
 type Change = fn(&mut Case);
 
 /// How many runs, what is changed about them, and what the verdict must be.
-fn causes() -> [(usize, Change, VerdictKind, &'static [FindingId]); 24] {
+fn causes() -> [(usize, Change, VerdictKind, &'static [FindingId]); 28] {
     use FindingId::*;
     use VerdictKind::*;
     [
@@ -194,30 +220,17 @@ fn causes() -> [(usize, Change, VerdictKind, &'static [FindingId]); 24] {
         (6, |c| c.one.held = held(9e-4, 0.51), Doubtful, &[HeldParameter]),
         (6, |c| c.one.held = held(9e-4, 0.49), Repeatable, &[]),
         (6, |c| c.one.held = held(1.1e-3, 9.0), Repeatable, &[]),
+        (6, |c| c.one.residuals = residuals(9e-4, 0.11, 1.0), Doubtful, &[ResidualPattern]),
+        (6, |c| c.one.residuals = residuals(9e-4, 0.09, 1.0), Repeatable, &[]),
+        (6, |c| c.one.residuals = residuals(1.1e-3, 9.0, 1.0), Repeatable, &[]),
+        // Sigma knows of points that do not fit: they are said and bear on no verdict.
+        (6, |c| c.one.residuals = residuals(9e-4, 0.0, 1.6), Repeatable, &[]),
         (6, |c| c.one.clusters = Some(parts([4, 2])), Doubtful, &[Clusters]),
         (6, |c| c.one.clusters = Some(parts([5, 1])), Doubtful, &[OutlierRun]),
-        (
-            6,
-            |c| {
-                let run = "run6".to_owned();
-                let aside = SetAside { run, camera_id: 1, without_ray: 0.2 };
-                c.one.spread.as_mut().unwrap().set_aside.push(aside);
-            },
-            Doubtful,
-            &[OutlierRun],
-        ),
+        (6, set_aside, Doubtful, &[OutlierRun]),
         (6, |c| c.one.spread = None, Doubtful, &[NoSpread]),
         (6, |c| lose(c, 1), Doubtful, &[LostRuns]),
-        (
-            6,
-            |c| {
-                c.one.parameters.iter_mut().for_each(|p| {
-                    p.samples.iter_mut().for_each(|s| s.state = SampleState::Held);
-                })
-            },
-            NotDetermined,
-            &[NoEstimate],
-        ),
+        (6, hold, NotDetermined, &[NoEstimate]),
         (
             6,
             |c| c.runs[..3].iter_mut().for_each(|run| run.refinement = Some(open())),
@@ -270,10 +283,6 @@ fn what_weighs_most_decides_and_is_said_first() {
 
 #[test]
 fn what_was_held_has_no_spread_to_repeat_to() {
-    let verdict = with(6, |case| {
-        for sample in case.one.parameters.iter_mut().flat_map(|one| &mut one.samples) {
-            sample.state = SampleState::Held;
-        }
-    });
+    let verdict = with(6, hold);
     assert_eq!((verdict.n, verdict.spread_px, verdict.spread_interval_95), (0, None, None));
 }
