@@ -45,7 +45,8 @@ pub use overlap::Overlap;
 pub use prediction::remarks::MOST_BIRGE;
 pub use prediction::{Consistency, Direction, PredictedSpread, Prediction, Ratio, RunPrediction};
 pub use refinement::{
-    Adjustment, AsLeft, LeftSpread, RefinedCamera, Refinement, RefinementOptions, Stopped,
+    Adjustment, AsLeft, ClusteredCovariance, LeftSpread, RefinedCamera, Refinement,
+    RefinementOptions, Stopped,
 };
 pub use run::Run;
 pub use verdict::{Reason, Verdict, VerdictKind};
