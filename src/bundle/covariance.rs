@@ -82,7 +82,10 @@ impl Lambda {
 
     /// Its inverse; none unless it is positive definite beyond rounding.
     pub(super) fn inverse(&self) -> Option<DMatrix<f64>> {
-        if self.scales.iter().any(|scale| *scale <= 0.0) || !is_finite(&self.scaled) {
+        if self.scales.is_empty()
+            || self.scales.iter().any(|scale| *scale <= 0.0)
+            || !is_finite(&self.scaled)
+        {
             return None;
         }
         let all: Vec<usize> = (0..self.scales.len()).collect();

@@ -61,14 +61,17 @@ pub(super) fn determined(
     let freedom = residuals as f64 - rank as f64 + by_priors;
     let is_over = residuals > rank;
     let left = 2.0 * (cost - problem.limits.cost(state));
-    let mut determined = Determined { unknowns, rank, sigma_px: None, covariance: None };
-    determined.sigma_px = is_over.then_some((left / freedom).sqrt());
+    let sigma_px = is_over.then_some((left / freedom).sqrt());
+    if free.is_empty() {
+        return Determined { unknowns, rank, sigma_px, covariance: None };
+    }
     let mut covariance = Covariance { params: free, matrix: None, clustered: vec![], open: vec![] };
     match found {
         Err(open) => covariance.open = open,
         Ok(inverse) if is_over => {
             let at = Found { problem, options, state, layout: &layout, weights: &weights };
-            let fit = at.fit(&lambda, nullity, inverse, freedom);
+            let psi = if options.loss == Loss::Squared { left } else { at.square_of_psi() };
+            let fit = at.fit((&lambda, nullity), inverse, psi / freedom);
             covariance.matrix = fit.as_ref().map(|fit| rows(&fit.covariance()));
             covariance.clustered = fit.map_or(vec![], |fit| {
                 clustered::of_cameras(problem, &squared, state, &covariance.params, &fit)
@@ -76,8 +79,7 @@ pub(super) fn determined(
         }
         Ok(_) => {}
     }
-    determined.covariance = Some(covariance).filter(|covariance| !covariance.params.is_empty());
-    determined
+    Determined { unknowns, rank, sigma_px, covariance: Some(covariance) }
 }
 
 /// Lambda at this state, and how many directions of poses and points are not determined.
@@ -102,16 +104,14 @@ struct Found<'a> {
 }
 
 impl Found<'_> {
-    /// None where a robust loss has no minimum.
+    /// With Lambda, its inverse, and the variance of psi; none where a robust loss has no minimum.
     fn fit(
         &self,
-        lambda: &Lambda,
-        nullity: usize,
+        (lambda, nullity): (&Lambda, usize),
         inverse: DMatrix<f64>,
-        freedom: f64,
+        variance: f64,
     ) -> Option<Fit> {
         let Self { problem, options, state, layout, weights } = self;
-        let variance = square_of_psi(problem, options.loss, state) / freedom;
         let priors = DMatrix::from_diagonal(&DVector::from_column_slice(weights));
         if options.loss == Loss::Squared {
             let by_priors = &inverse * priors * &inverse;
@@ -127,31 +127,32 @@ impl Found<'_> {
         let rights = lambda * bread;
         Some(Fit { variance, by_noise, by_priors, rights, loss: options.loss })
     }
+
+    /// |psi|^2
+    fn square_of_psi(&self) -> f64 {
+        let Self { problem, options, state, .. } = self;
+        let of_chunk = |chunk: &Chunk| {
+            let mut sum = 0.0;
+            let mut start = 0;
+            for (&end, point) in chunk.ends.iter().zip(&state.points[chunk.points.clone()]) {
+                for sighting in &chunk.sightings[start..end as usize] {
+                    let image = sighting.image as usize;
+                    let camera = chunk.cameras[chunk.camera_of[image] as usize] as usize;
+                    let pose = &state.poses[chunk.images[image] as usize];
+                    let residual = problem.lenses[camera].kernel.residual;
+                    // What cannot be projected has no cost, and no adjustment ends there.
+                    let seen = residual(&state.params[camera], pose, point, &sighting.xy);
+                    let square = seen.map_or(f64::NAN, |[x, y]| x * x + y * y);
+                    sum += options.loss.at(square).slope.powi(2) * square;
+                }
+                start = end as usize;
+            }
+            sum
+        };
+        problem.chunks.iter().map(of_chunk).sum()
+    }
 }
 
 fn rows(matrix: &DMatrix<f64>) -> Vec<Vec<f64>> {
     matrix.row_iter().map(|row| row.iter().copied().collect()).collect()
-}
-
-/// |psi|^2
-fn square_of_psi(problem: &Problem, loss: Loss, state: &State) -> f64 {
-    let of_chunk = |chunk: &Chunk| {
-        let mut sum = 0.0;
-        let mut start = 0;
-        for (&end, point) in chunk.ends.iter().zip(&state.points[chunk.points.clone()]) {
-            for sighting in &chunk.sightings[start..end as usize] {
-                let image = sighting.image as usize;
-                let camera = chunk.cameras[chunk.camera_of[image] as usize] as usize;
-                let pose = &state.poses[chunk.images[image] as usize];
-                let residual = problem.lenses[camera].kernel.residual;
-                // What cannot be projected has no cost, and no adjustment ends there.
-                let seen = residual(&state.params[camera], pose, point, &sighting.xy);
-                let square = seen.map_or(f64::NAN, |[x, y]| x * x + y * y);
-                sum += loss.at(square).slope.powi(2) * square;
-            }
-            start = end as usize;
-        }
-        sum
-    };
-    problem.chunks.iter().map(of_chunk).sum()
 }
