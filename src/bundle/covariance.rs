@@ -1,9 +1,11 @@
 //! How well the intrinsics are determined: their covariance, and the directions that the observations leave open.
 //!
-//! Sigma = sigma^2 Lambda^-1, Lambda the intrinsics' Schur complement after points and poses; no gauge enters it.
+//! All of it is made of Lambda, the intrinsics' Schur complement after points and poses; no gauge enters it.
 
-use nalgebra::DMatrix;
+use nalgebra::linalg::SymmetricEigen;
+use nalgebra::{DMatrix, DVector, Dyn};
 
+use super::clustered::Clustered;
 use super::schur::{Information, Layout};
 use crate::scene::CameraId;
 
@@ -30,8 +32,11 @@ pub struct FreeParam {
 pub struct Covariance {
     /// The parameters that moved, camera by camera: the order of rows and columns.
     pub params: Vec<FreeParam>,
-    /// Their covariance, in their own units; none while a direction is open.
+    /// Their covariance, in their own units. None while a direction is open, when no residual is left over, or when a robust loss
+    /// has no minimum at the end.
     pub matrix: Option<Vec<Vec<f64>>>,
+    /// The same if the errors of one image depend on each other, for each camera with images enough to tell.
+    pub clustered: Vec<Clustered>,
     /// Directions that the observations leave open.
     pub open: Vec<OpenDirection>,
 }
@@ -43,97 +48,108 @@ pub struct OpenDirection {
     pub changes: Vec<(usize, f64)>,
 }
 
-impl Covariance {
-    /// From the information of so many residuals, for variance one; `values` are those of the parameters.
-    pub(super) fn new(
-        params: Vec<FreeParam>,
-        values: &[f64],
-        residuals: usize,
-        layout: &Layout,
-        information: &Information,
-    ) -> Self {
-        // The border's unknowns less those that fill it up.
+/// The Schur complement of the parameters that move, after points and poses.
+#[derive(Debug, Clone)]
+pub(super) struct Lambda {
+    /// With columns scaled.
+    scaled: DMatrix<f64>,
+    scales: DVector<f64>,
+}
+
+impl Lambda {
+    /// Without the border's unknowns that stay, and those that fill it up.
+    pub(super) fn new(layout: &Layout, information: &Information) -> Self {
         let border = layout.poses..layout.size;
         let places: Vec<usize> =
             border.filter(|&at| !layout.held[at]).map(|at| at - layout.poses).collect();
-        let scales: Vec<f64> = places.iter().map(|&at| information.scales[at]).collect();
         let value = |row: usize, column: usize| {
             let (row, column) = (places[row].max(places[column]), places[row].min(places[column]));
             information.rows[row][column]
         };
-        // What no observation depends on has a scale of zero; it is open by itself, as is what moves no pixel.
-        let root = (residuals as f64).sqrt();
-        let moves = |&at: &usize| {
-            scales[at] > 0.0 && values[at].abs().max(1.0) > UNSEEN_PX * root * scales[at]
-        };
-        let is_seen: Vec<usize> = (0..places.len()).filter(moves).collect();
-        let mut open: Vec<OpenDirection> = (0..places.len())
-            .filter(|at| !moves(at))
-            .map(|at| OpenDirection { changes: vec![(at, 1.0)] })
-            .collect();
-        let scaled = DMatrix::from_fn(is_seen.len(), is_seen.len(), |row, column| {
-            value(is_seen[row], is_seen[column])
-        });
-        if is_seen.is_empty() || !scaled.iter().all(|value| value.is_finite()) {
-            // Nothing to decompose; numbers that overflowed tell of no direction.
-            open.extend(is_seen.iter().map(|&at| OpenDirection { changes: vec![(at, 1.0)] }));
-            return Self { params, matrix: open.is_empty().then(Vec::new), open };
+        let scales = places.iter().map(|&at| information.scales[at]);
+        Self {
+            scaled: DMatrix::from_fn(places.len(), places.len(), value),
+            scales: DVector::from_iterator(places.len(), scales),
         }
-        let eigen = scaled.symmetric_eigen();
-        let largest = eigen.eigenvalues.iter().fold(0.0, |most: f64, &value| most.max(value));
+    }
+
+    /// In the parameters' own units.
+    pub(super) fn matrix(&self) -> DMatrix<f64> {
+        DMatrix::from_fn(self.scales.len(), self.scales.len(), |row, column| {
+            self.scaled[(row, column)] / (self.scales[row] * self.scales[column])
+        })
+    }
+
+    /// Its inverse; none unless it is positive definite beyond rounding.
+    pub(super) fn inverse(&self) -> Option<DMatrix<f64>> {
+        if self.scales.is_empty()
+            || self.scales.iter().any(|scale| *scale <= 0.0)
+            || !is_finite(&self.scaled)
+        {
+            return None;
+        }
+        let all: Vec<usize> = (0..self.scales.len()).collect();
+        let eigen = self.scaled.clone().symmetric_eigen();
+        let least = OPEN * eigen.eigenvalues.max();
+        eigen.eigenvalues.iter().all(|value| *value > least).then(|| self.inverted(&eigen, &all))
+    }
+
+    /// From the eigenvalues of the scaled matrix of these parameters.
+    fn inverted(&self, eigen: &SymmetricEigen<f64, Dyn>, params: &[usize]) -> DMatrix<f64> {
         let inverse = |value: f64| 1.0 / value;
-        for (at, &value) in eigen.eigenvalues.iter().enumerate() {
-            // Not a number is open too.
-            if value > OPEN * largest {
-                continue;
-            }
-            let vector = eigen.eigenvectors.column(at);
-            let most = vector.amax();
-            let parts =
-                vector.iter().zip(&is_seen).filter(|(part, _)| part.abs() >= SMALL_SHARE * most);
-            let changes = parts.map(|(part, &param)| (param, part * scales[param])).collect();
-            open.push(OpenDirection { changes });
+        let inverted = &eigen.eigenvectors
+            * DMatrix::from_diagonal(&eigen.eigenvalues.map(inverse))
+            * eigen.eigenvectors.transpose();
+        DMatrix::from_fn(params.len(), params.len(), |row, column| {
+            0.5 * self.scales[params[row]]
+                * self.scales[params[column]]
+                * (inverted[(row, column)] + inverted[(column, row)])
+        })
+    }
+}
+
+fn is_finite(matrix: &DMatrix<f64>) -> bool {
+    matrix.iter().all(|value| value.is_finite())
+}
+
+/// The directions that the observations leave open, or the inverse of the information where that is nothing.
+pub(super) fn open_or_inverse(
+    lambda: &Lambda,
+    values: &[f64],
+    residuals: usize,
+) -> Result<DMatrix<f64>, Vec<OpenDirection>> {
+    // What no observation depends on has a scale of zero; it is open by itself, as is what moves no pixel.
+    let (scales, root) = (&lambda.scales, (residuals as f64).sqrt());
+    let moves =
+        |&at: &usize| scales[at] > 0.0 && values[at].abs().max(1.0) > UNSEEN_PX * root * scales[at];
+    let alone = |at: usize| OpenDirection { changes: vec![(at, 1.0)] };
+    let is_seen: Vec<usize> = (0..scales.len()).filter(moves).collect();
+    let mut open: Vec<OpenDirection> =
+        (0..scales.len()).filter(|at| !moves(at)).map(alone).collect();
+    let scaled = lambda.scaled.select_rows(&is_seen).select_columns(&is_seen);
+    if is_seen.is_empty() || !is_finite(&scaled) {
+        // Nothing to decompose; numbers that overflowed tell of no direction.
+        open.extend(is_seen.iter().map(|&at| alone(at)));
+        return if open.is_empty() { Ok(DMatrix::zeros(0, 0)) } else { Err(open) };
+    }
+    let eigen = scaled.symmetric_eigen();
+    let largest = eigen.eigenvalues.iter().fold(0.0, |most: f64, &value| most.max(value));
+    for (at, &value) in eigen.eigenvalues.iter().enumerate() {
+        // Not a number is open too.
+        if value > OPEN * largest {
+            continue;
         }
-        let matrix = open.is_empty().then(|| {
-            let inverted = &eigen.eigenvectors
-                * DMatrix::from_diagonal(&eigen.eigenvalues.map(inverse))
-                * eigen.eigenvectors.transpose();
-            let entry = |row: usize, column: usize| {
-                0.5 * scales[row]
-                    * scales[column]
-                    * (inverted[(row, column)] + inverted[(column, row)])
-            };
-            let row = |row: usize| (0..places.len()).map(|column| entry(row, column)).collect();
-            (0..places.len()).map(row).collect()
-        });
-        Self { params, matrix, open }
+        let vector = eigen.eigenvectors.column(at);
+        let most = vector.amax();
+        let parts =
+            vector.iter().zip(&is_seen).filter(|(part, _)| part.abs() >= SMALL_SHARE * most);
+        let changes = parts.map(|(part, &param)| (param, part * scales[param])).collect();
+        open.push(OpenDirection { changes });
     }
+    if open.is_empty() { Ok(lambda.inverted(&eigen, &is_seen)) } else { Err(open) }
+}
 
-    /// How many parameters the priors determine: the trace of H^-1 P.
-    pub(super) fn share_of_priors(&self, weights: &[f64]) -> f64 {
-        let rows = self.matrix.iter().flatten().enumerate();
-        rows.map(|(at, row)| row[at] * weights[at]).sum()
-    }
-
-    /// For residuals of this variance; without one nothing is known. Priors of these weights P are part of the information H, but
-    /// their variance is what they say: Sigma = H^-1 (variance (H - P) + P) H^-1.
-    pub(super) fn scale(&mut self, variance: Option<f64>, weights: &[f64]) {
-        if let Some((matrix, variance)) = self.matrix.as_mut().zip(variance) {
-            let plain = matrix.clone();
-            for (row, of_row) in matrix.iter_mut().zip(&plain) {
-                for (entry, of_column) in row.iter_mut().zip(&plain) {
-                    let through = of_row.iter().zip(of_column).zip(weights);
-                    let by_priors: f64 = through.map(|((a, b), weight)| a * weight * b).sum();
-                    *entry += (1.0 / variance - 1.0) * by_priors;
-                }
-            }
-        }
-        self.matrix = self.matrix.take().zip(variance).map(|(mut matrix, variance)| {
-            matrix.iter_mut().flatten().for_each(|entry| *entry *= variance);
-            matrix
-        });
-    }
-
+impl Covariance {
     /// Standard deviations, in the order of the parameters.
     pub fn stds(&self) -> Option<Vec<f64>> {
         let matrix = self.matrix.as_ref()?;

@@ -40,13 +40,16 @@ fn root(parent: &mut [usize], mut at: usize) -> usize {
     at
 }
 
-/// The coordinates that stay, as indices of unknowns, six an image: seven a part that has two images.
+/// The coordinates that stay, as indices of unknowns, six an image: seven a part that has two images in different places. Of images
+/// in one place it is the points that no observation puts anywhere, and every distance between the images is observed.
 pub(super) fn held(
     components: &[Option<usize>],
     count: usize,
     sightings: &[usize],
     poses: &[Placed],
 ) -> Vec<usize> {
+    /// Of the scene's size: the smallest parallax that rounding leaves visible.
+    const SAME_PLACE: f64 = 1e-7;
     let mut held = Vec::new();
     for component in 0..count {
         let members = || (0..poses.len()).filter(|&image| components[image] == Some(component));
@@ -61,7 +64,7 @@ pub(super) fn held(
         let others = members().filter(|&image| image != first);
         let farthest = others
             .max_by(|&a, &b| baseline(a).norm().total_cmp(&baseline(b).norm()).then(b.cmp(&a)));
-        if let Some(second) = farthest {
+        if let Some(second) = farthest.filter(|&image| baseline(image).norm() > SAME_PLACE) {
             held.push(6 * second + 3 + baseline(second).iamax());
         }
     }

@@ -5,7 +5,9 @@
 
 mod cholesky;
 mod chunk;
+mod clustered;
 mod covariance;
+mod determined;
 mod eliminate;
 mod error;
 mod follow;
@@ -31,6 +33,7 @@ pub(crate) mod testing;
 mod tests;
 mod write_back;
 
+pub use clustered::Clustered;
 pub use covariance::{Covariance, FreeParam, OpenDirection};
 pub use error::BundleError;
 pub use loss::Loss;

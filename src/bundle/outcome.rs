@@ -1,12 +1,13 @@
 //! The adjustment as a whole: a scene in, the refined scene and what there is to say of it out.
 
 use super::covariance::{Covariance, FreeParam};
+use super::determined::{Determined, determined};
 use super::limits::Resting;
 use super::optimum::Optimum;
 use super::options::Options;
-use super::problem::{Dropped, Problem, State};
+use super::problem::{Dropped, Problem};
 use super::solver::Solver;
-use super::{BundleError, Loss, write_back};
+use super::{BundleError, write_back};
 use crate::least_squares::{self, Reason, Trial};
 use crate::scene::{Camera, CameraId, Scene};
 
@@ -49,7 +50,7 @@ pub struct Outcome {
     pub sigma_px: Option<f64>,
     /// The cameras, those included that took no image.
     pub cameras: Vec<CameraOutcome>,
-    /// How well the intrinsics are determined; none when none moved, or the loss is not squared.
+    /// How well the intrinsics are determined; none when none moved.
     pub covariance: Option<Covariance>,
     /// Images of one frame moved freely, so that the rigs that held them are no more: each camera is a rig of its own now.
     pub rigs_dissolved: bool,
@@ -97,28 +98,10 @@ pub fn adjust_to_optimum(
     let before: Vec<(CameraId, Camera)> =
         scene.cameras.iter().map(|(id, camera)| (*id, *camera)).collect();
     let rigs_dissolved = write_back::write_back(&mut scene, &problem, options, &end.state)?;
-    let (information, nullity) = solver.information(&end.state);
     let resting = problem.limits.resting(&end.state);
-    let unknowns = problem.unknowns(options).saturating_sub(resting.len());
-    let params = free_params(&scene, &problem, &resting);
-    let residuals = 2 * problem.observations;
-    let mut layout = problem.layout.clone();
-    resting.iter().for_each(|resting| layout.held[resting.unknown(&problem.layout)] = true);
-    let of_params = |of: fn(&Problem, &State, usize, usize) -> f64| -> Vec<f64> {
-        let number = |id| problem.cameras.binary_search(&id).unwrap_or_default();
-        params.iter().map(|p| of(&problem, &end.state, number(p.camera), p.place)).collect()
-    };
-    let values = of_params(|_, state, camera, place| state.params[camera][place]);
-    let weights = of_params(|problem, _, camera, place| problem.limits.weight(camera, place));
-    let free = params.clone();
-    let mut covariance = Covariance::new(params, &values, residuals, &layout, &information);
-    let rank = unknowns.saturating_sub(nullity + covariance.open.len());
-    // What priors determine takes up no residual.
-    let freedom = residuals as f64 - rank as f64 + covariance.share_of_priors(&weights);
-    let left = 2.0 * (end.cost - problem.limits.cost(&end.state));
-    let variance = (residuals > rank).then_some(left / freedom);
-    covariance.scale(variance, &weights);
-    let is_meant = !covariance.params.is_empty() && options.loss == Loss::Squared;
+    let free = free_params(&scene, &problem, &resting);
+    let Determined { unknowns, rank, sigma_px, covariance } =
+        determined(&problem, options, (&end.state, end.cost), free.clone());
     let outcome = Outcome {
         reason: end.reason,
         initial_cost: end.initial_cost,
@@ -131,9 +114,9 @@ pub fn adjust_to_optimum(
         components: problem.components,
         unknowns,
         rank,
-        sigma_px: variance.map(f64::sqrt),
+        sigma_px,
         cameras: before.into_iter().map(|it| camera(&scene, &problem, &resting, it)).collect(),
-        covariance: is_meant.then_some(covariance),
+        covariance,
         rigs_dissolved,
     };
     let optimum = Optimum { state: end.state, options: options.clone(), free, problem };

@@ -78,11 +78,12 @@ impl<'a> Solver<'a> {
         })
     }
 
-    /// The information on the intrinsics at this state, and how many directions of poses and points are not determined.
+    /// The information on the intrinsics at this state, and how many directions of poses and points are not determined. That of a
+    /// robust loss is its own curvature.
     pub(super) fn information(&mut self, state: &State) -> (Information, usize) {
         self.at.clone_from(state);
         self.resting = self.problem.limits.resting(state);
-        self.bends = false;
+        self.bends = self.options.loss.bends_down();
         let (.., points) = self.eliminate(0.0);
         let (information, poses) = self.system.information();
         (information, points + poses)

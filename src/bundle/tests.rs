@@ -334,43 +334,6 @@ fn parts_that_share_no_point_are_adjusted_side_by_side() {
 }
 
 #[test]
-fn the_covariance_does_not_depend_on_the_gauge() {
-    let world = World::ring(vec![opencv(), fisheye()], 12, 100).with_noise(0.5);
-    let adjusted = run(&world.scene(), &free());
-    let problem = problem::Problem::new(&adjusted.scene, &free()).unwrap();
-    let information = |held: &[usize]| {
-        let mut problem = problem.clone();
-        problem.layout.held[..problem.layout.poses].fill(false);
-        held.iter().for_each(|&unknown| problem.layout.held[unknown] = true);
-        let mut watch = |_: &crate::least_squares::Trial| {};
-        let start = problem.start.clone();
-        let (options, layout) = (free(), problem.layout.clone());
-        let (information, nullity) =
-            solver::Solver::new(&problem, &options, &mut watch).information(&start);
-        assert_eq!(nullity, 0);
-        let params = adjusted.outcome.covariance.as_ref().unwrap().params.clone();
-        let count = params.len();
-        covariance::Covariance::new(params, &vec![1.0; count], 1, &layout, &information)
-    };
-    let baseline = |image: usize| 6 * image + 3;
-    let one = information(&[0, 1, 2, 3, 4, 5, baseline(6)]);
-    let other = information(&[48, 49, 50, 51, 52, 53, baseline(2) + 1]);
-    let (stds, matrix) = (one.stds().unwrap(), other.matrix.unwrap());
-    for (row, values) in one.matrix.unwrap().iter().enumerate() {
-        for (column, value) in values.iter().enumerate() {
-            let apart = (value - matrix[row][column]).abs() / (stds[row] * stds[column]);
-            assert!(apart < 1e-8, "{row} {column}: {apart:.1e}");
-        }
-    }
-    // The wrong count of held coordinates shows.
-    let mut loose = problem.clone();
-    loose.layout.held[..loose.layout.poses].fill(false);
-    let (options, start) = (free(), loose.start.clone());
-    let mut watch = |_: &crate::least_squares::Trial| {};
-    assert_eq!(solver::Solver::new(&loose, &options, &mut watch).information(&start).1, 7);
-}
-
-#[test]
 fn what_the_views_do_not_determine_is_said() {
     // Cameras on a straight line that all look ahead, with the same roll: focal length and depth are one.
     let points = World::ring(vec![opencv()], 3, 60).points;

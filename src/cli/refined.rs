@@ -4,8 +4,9 @@ use std::fmt::Write;
 
 use serde_json::{Value, json};
 
-use crate::bundle::{CameraOutcome, Covariance, Dropped, Outcome};
+use crate::bundle::{CameraOutcome, Clustered, Covariance, Dropped, Outcome};
 use crate::least_squares::{Reason, Trial};
+use crate::stability::ClusteredCovariance;
 
 /// Over the lines of `step`.
 pub(super) const STEP_HEAD: &str =
@@ -82,6 +83,7 @@ pub(super) fn json(outcome: &Outcome) -> String {
         json!({
             "params": params.collect::<Vec<Value>>(),
             "matrix": covariance.matrix,
+            "clustered": covariance.clustered.iter().filter_map(clustered).collect::<Vec<Value>>(),
             "open": words.collect::<Vec<String>>(),
         })
     });
@@ -124,6 +126,18 @@ pub(super) fn json(outcome: &Outcome) -> String {
         "covariance": covariance,
     });
     format!("{value:#}\n")
+}
+
+fn clustered(clustered: &Clustered) -> Option<Value> {
+    let ClusteredCovariance { images, covariance, ratio, null_interval } =
+        ClusteredCovariance::new(clustered)?;
+    Some(json!({
+        "camera": clustered.camera.0,
+        "images": images,
+        "matrix": covariance,
+        "ratio": ratio,
+        "null_interval": null_interval,
+    }))
 }
 
 fn reason(reason: Reason) -> &'static str {
@@ -173,9 +187,16 @@ fn table(camera: &CameraOutcome, covariance: Option<&Covariance>, first: usize) 
     let _ = writeln!(text, "\ncamera {}, {}, {} images", camera.id, model.name, camera.images);
     let stds = covariance.and_then(Covariance::stds);
     let names = || camera.free.iter().map(|&place| model.params[place].name);
+    let clustered = covariance
+        .and_then(|all| all.clustered.iter().find(|one| one.camera == camera.id))
+        .and_then(ClusteredCovariance::new);
     let _ = write!(text, "  {:8} {:>14} {:>14}", "", "before", "after");
     if stds.is_some() {
-        let _ = write!(text, " {:>9}  correlation with", "std");
+        let _ = write!(text, " {:>9}", "std");
+        if clustered.is_some() {
+            let _ = write!(text, " {:>9}", "clustered");
+        }
+        text.push_str("  correlation with");
         for name in names() {
             let _ = write!(text, " {name:>5}");
         }
@@ -193,6 +214,9 @@ fn table(camera: &CameraOutcome, covariance: Option<&Covariance>, first: usize) 
             Some(row) => {
                 if let Some((covariance, stds)) = covariance.zip(stds.as_ref()) {
                     let _ = write!(text, " {:>9.decimals$}", stds[first + row]);
+                    if let Some(one) = &clustered {
+                        let _ = write!(text, " {:>9.decimals$}", one.covariance[row][row].sqrt());
+                    }
                     if row > 0 {
                         let _ = write!(text, "{:18}", "");
                     }
@@ -205,7 +229,20 @@ fn table(camera: &CameraOutcome, covariance: Option<&Covariance>, first: usize) 
         }
         text.push('\n');
     }
+    text.push_str(&clustered.map_or(String::new(), |one| clustered_words(&one)));
     text
+}
+
+fn clustered_words(one: &ClusteredCovariance) -> String {
+    let [low, high] = one.null_interval;
+    let meaning = match one.stands_out() {
+        true => "no chance: errors of one image depend on each other",
+        false => "no more than chance",
+    };
+    format!(
+        "  clustered by image: variances {:.2} times the plain ones, by chance {low:.2} to {high:.2}: {meaning}\n",
+        one.ratio
+    )
 }
 
 /// Decimals that show a value to a hundredth of its standard deviation, or to eight digits.

@@ -194,6 +194,7 @@ fn tone(id: FindingId) -> Tone {
         | FindingId::OutlierRun
         | FindingId::Clusters
         | FindingId::Birge
+        | FindingId::ClusteredErrors
         | FindingId::HeldParameter
         | FindingId::ResidualPattern
         | FindingId::HeavyTails

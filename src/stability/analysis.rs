@@ -334,6 +334,8 @@ pub enum FindingId {
     Clusters,
     /// The runs differ by more than their adjustments predict.
     Birge,
+    /// Errors of one image depend on each other, and stds are not what they seem.
+    ClusteredErrors,
     /// What was held wants to move, and moves the lens.
     HeldParameter,
     /// The residuals have a pattern over the image.
@@ -384,6 +386,7 @@ impl FindingId {
             Self::OutlierRun => "outlier-run",
             Self::Clusters => "clusters",
             Self::Birge => "birge",
+            Self::ClusteredErrors => "clustered-errors",
             Self::HeldParameter => "held-parameter",
             Self::ResidualPattern => "residual-pattern",
             Self::HeavyTails => "heavy-tails",

@@ -48,7 +48,8 @@ pub use overlap::Overlap;
 pub use prediction::remarks::MOST_BIRGE;
 pub use prediction::{Consistency, Direction, PredictedSpread, Prediction, Ratio, RunPrediction};
 pub use refinement::{
-    Adjustment, AsLeft, LeftSpread, RefinedCamera, Refinement, RefinementOptions, Stopped,
+    Adjustment, AsLeft, ClusteredCovariance, LeftSpread, RefinedCamera, Refinement,
+    RefinementOptions, Stopped,
 };
 pub use remarks::p_in_words;
 pub use run::Run;

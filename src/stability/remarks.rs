@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::disagreement::remarks as disagreements;
 use super::inside::remarks as inside;
 use super::prediction::remarks as prediction;
+use super::refinement::clustered;
 use super::run::CameraInRun;
 use super::screen::Screened;
 use super::verdict::{basis, verdict};
@@ -120,6 +121,7 @@ fn of_population(one: &Population, runs: &[RunRecord]) -> Vec<Finding> {
     let mut findings = mixed_states(one);
     findings.extend(disagreements::of_population(one));
     findings.extend(prediction::of_population(one));
+    findings.extend(clustered::of_population(one, runs));
     findings.extend(inside::of_population(one));
     findings.extend(basis::of_population(one, runs));
     findings

@@ -8,6 +8,7 @@ mod limits;
 mod models;
 mod noise;
 mod numbering;
+mod robust;
 
 use calibstab::bundle::{self, Adjusted, Covariance, FreeParam, Options, Refine, Which};
 use calibstab::camera::ParamClass;

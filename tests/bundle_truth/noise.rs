@@ -12,7 +12,7 @@ use super::{adjust, all_free, excess, largest};
 /// How many seeds, unless the environment variable `CALIBSTAB_SEEDS` says otherwise.
 const DEFAULT_SEEDS: u32 = 30;
 
-fn seeds() -> u32 {
+pub fn seeds() -> u32 {
     match std::env::var("CALIBSTAB_SEEDS") {
         Ok(count) => count.parse().expect("CALIBSTAB_SEEDS is a number"),
         Err(_) => DEFAULT_SEEDS,
@@ -20,7 +20,7 @@ fn seeds() -> u32 {
 }
 
 /// A two-sided p below this is called a fault.
-const LEAST_P: f64 = 1e-4;
+pub const LEAST_P: f64 = 1e-4;
 
 /// Errors of the intrinsics over some seeds, in their covariances.
 #[derive(Default)]

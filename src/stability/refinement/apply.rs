@@ -2,7 +2,7 @@
 
 use super::super::run::CameraInRun;
 use super::super::{Correlations, Run};
-use super::Refined;
+use super::{ClusteredCovariance, Refined};
 use crate::bundle::{CameraOutcome, Outcome};
 use crate::camera::Model;
 use crate::least_squares::Reason;
@@ -92,6 +92,15 @@ pub(super) fn covariance_of_camera(
     let own = (0..covariance.params.len()).filter(|&at| covariance.params[at].camera == camera.id);
     let own: Vec<usize> = own.collect();
     Some(own.iter().map(|&row| own.iter().map(|&column| matrix[row][column]).collect()).collect())
+}
+
+/// The same with its images as clusters.
+pub(super) fn clustered_of_camera(
+    outcome: &Outcome,
+    camera: &CameraOutcome,
+) -> Option<ClusteredCovariance> {
+    let mut clustered = outcome.covariance.as_ref()?.clustered.iter();
+    ClusteredCovariance::new(clustered.find(|clustered| clustered.camera == camera.id)?)
 }
 
 /// Correlations of the parameters by the mean covariance of these adjustments; none unless all have one of the same parameters.

@@ -1,11 +1,14 @@
 //! How the runs' own adjustments went: what is recorded of them, and which of their cameras count as samples.
 
 mod apply;
+pub(super) mod clustered;
 pub(super) mod remarks;
 #[cfg(test)]
 pub(super) mod testing;
 #[cfg(test)]
 mod tests;
+
+pub use clustered::ClusteredCovariance;
 
 pub(super) use apply::{Origin, failure_of_outcome, predicted_correlations, refined};
 
@@ -16,7 +19,9 @@ use super::spread::Region;
 use super::{Parameter, Run};
 use crate::bundle::{BundleError, CameraOutcome, Outcome};
 use crate::least_squares::Reason;
-use apply::{covariance_of_camera, failure_of_camera, failure_of_run, undetermined};
+use apply::{
+    clustered_of_camera, covariance_of_camera, failure_of_camera, failure_of_run, undetermined,
+};
 
 /// How the runs were refined, in the words of the command line.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
@@ -94,9 +99,11 @@ pub struct RefinedCamera {
     pub refined: Vec<f64>,
     /// The parameters that moved: rows and columns of the covariance.
     pub free: Vec<String>,
-    /// Their covariance, in their own units, for noise of `sigma_px`; points, poses and other cameras are free in it. None with a
-    /// robust loss, or where a direction of any camera of the run is not determined.
+    /// Their covariance, in their own units, for the noise that the residuals show; points, poses and other cameras are free in it.
+    /// None where a direction of any camera of the run is not determined, or a robust loss has no minimum.
     pub covariance: Option<Vec<Vec<f64>>>,
+    /// The same if the errors of one image depend on each other; none with fewer than 30 images, which tell too little of it.
+    pub clustered: Option<ClusteredCovariance>,
     /// Changes of parameters that the observations do not notice, in words.
     pub undetermined: Vec<String>,
 }
@@ -197,6 +204,7 @@ fn refined_camera(outcome: &Outcome, camera: &CameraOutcome) -> RefinedCamera {
         refined: camera.after.intrinsics.params().to_vec(),
         free: camera.free.iter().map(|&place| names[place].name.to_owned()).collect(),
         covariance: covariance_of_camera(outcome, camera),
+        clustered: clustered_of_camera(outcome, camera),
         undetermined: undetermined(outcome, camera),
     }
 }

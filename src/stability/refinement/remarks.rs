@@ -105,7 +105,7 @@ fn left_out(runs: &[Run]) -> Vec<Finding> {
                 let open = outcome.covariance.as_ref().map_or(0, |found| found.open.len());
                 outcome.unknowns.saturating_sub(outcome.rank + open)
             },
-            "unknowns of poses, points or, with a robust loss, intrinsics are not determined",
+            "unknowns of poses or points are not determined",
         ),
         (
             |outcome| if outcome.rigs_dissolved { outcome.images } else { 0 },

@@ -59,7 +59,7 @@ pub(in crate::stability) fn covariance(
         changes => vec![OpenDirection { changes: changes.to_vec() }],
     };
     let matrix = matrix.map(|rows| rows.map(|row| row.to_vec()).to_vec());
-    Some(Covariance { params: vec![param(0, "f"), param(3, "k")], matrix, open })
+    Some(Covariance { params: vec![param(0, "f"), param(3, "k")], matrix, clustered: vec![], open })
 }
 
 /// What they amount to, over the whole image.

@@ -67,7 +67,7 @@ pub(in crate::stability) fn calibration_count(one: &Population) -> usize {
 }
 
 /// The samples of the first parameter: one for each run, or camera of a run, that the population is about.
-fn samples(one: &Population) -> impl Iterator<Item = &Sample> {
+pub(in crate::stability) fn samples(one: &Population) -> impl Iterator<Item = &Sample> {
     one.parameters.iter().take(1).flat_map(|parameter| &parameter.samples)
 }
 
@@ -87,7 +87,8 @@ fn open_directions(one: &Population, runs: &[RunRecord]) -> Option<(Vec<String>,
     words.filter(|_| is_most).map(|words| (open, words))
 }
 
-fn refined_camera<'a>(
+/// The camera of a run's adjustment that a sample is of.
+pub(in crate::stability) fn refined_camera<'a>(
     sample: &Sample,
     group: &str,
     runs: &'a [RunRecord],

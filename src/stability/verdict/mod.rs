@@ -95,6 +95,7 @@ impl FindingId {
             | Self::MixedStates
             | Self::CameraPerImage
             | Self::CameraMatch
+            | Self::ClusteredErrors
             | Self::Refinement
             | Self::NoRay
             | Self::Reading => VerdictKind::Repeatable,

@@ -130,6 +130,7 @@ fn open() -> Refinement {
         refined: vec![],
         free: vec![],
         covariance: None,
+        clustered: None,
         undetermined: vec!["f +1 with k -0.0002".to_owned()],
     };
     let adjustment = Adjustment {
