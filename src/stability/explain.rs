@@ -226,9 +226,16 @@ const TEXTS: [Texts; 31] = [
     Texts {
         id: FindingId::ClusteredErrors,
         short: "errors of one image depend on each other",
-        meaning: "The std by BA takes the errors of all keypoints for independent. Those of one image are not: motion blur, a rolling             shutter, a wrong pose that its own matches agree with, or a lens model that is wrong in the same way in every image             move many of them together. The clustered covariance in analysis.json allows for that; the std by BA, the predicted             spread and the Birge ratio do not, and promise too much where the ratio is above 1. Below 1 errors of one image cancel.",
-        found: "The sandwich covariance with images as clusters (Liang and Zeger 1986): scores of the intrinsics, poses and points             projected out, summed by image. Its mean ratio to the plain one is chi-square over its degrees if errors are independent,             the degrees from each image's share in the information and the tails of the residuals. The finding needs a ratio outside             of 99.9 % of that in half of the runs that tell, from 30 images on.",
-        advice: "Take the clustered std where it is the larger one, and trust the spread of the runs before either. Look at the             residual patterns, and try a lens model with another term or --loss cauchy:1.",
+        meaning: "The std by BA takes the errors of all keypoints for independent. Those of one image are not: motion blur, a rolling \
+            shutter, a wrong pose that its own matches agree with, or a lens model that is wrong in the same way in every image \
+            move many of them together. The clustered covariance in analysis.json allows for that; the std by BA, the predicted \
+            spread and the Birge ratio do not, and promise too much where the ratio is above 1. Below 1 errors of one image cancel.",
+        found: "The sandwich covariance with images as clusters (Liang and Zeger 1986): scores of the intrinsics, poses and points \
+            projected out, summed by image. Its mean ratio to the plain one is chi-square over its degrees if errors are independent, \
+            the degrees from each image's share in the information and the tails of the residuals. The finding needs a ratio outside \
+            of 99.9 % of that in half of the runs that tell, from 30 images on.",
+        advice: "Take the clustered std where it is the larger one, and trust the spread of the runs before either. Look at the \
+            residual patterns, and try a lens model with another term or --loss cauchy:1.",
     },
     Texts {
         id: FindingId::HeldParameter,

@@ -17,12 +17,12 @@ const LOSSES: [Loss; 4] = [Loss::Squared, Loss::Huber(0.7), Loss::SoftL1(0.7), L
 /// Of a camera with all of OPENCV's free.
 const COUNT: usize = 8;
 
-/// Half of all residuals are taken up by poses and points.
+/// More than half of all residuals are taken up by poses and points.
 fn room(run: u32) -> Synthetic {
     let options = synth::Options {
         cameras: vec![synth::camera(Model::named("OPENCV").unwrap(), 640, 480).unwrap()],
         image_count: 32,
-        point_count: 300,
+        point_count: 500,
         most_per_image: 50,
         noise_px: 0.5,
         start_off: 0.0,
@@ -172,7 +172,7 @@ fn where_errors_are_independent_images_as_clusters_change_nothing() {
 
 #[test]
 fn where_those_of_an_image_err_together_only_the_clustered_covariance_says_how_much() {
-    let shown = Shown::of(Loss::Squared, |made, seed| with_breathing(made, seed, 0.003));
+    let shown = Shown::of(Loss::Squared, |made, seed| with_breathing(made, seed, 0.008));
     let (plain, p) = shown.beside(&shown.plain);
     assert!(p < LEAST_P, "the plain covariance passes: {plain:.3}, p {p:.1e}");
     let (clustered, p) = shown.beside(&shown.sandwich);
