@@ -270,7 +270,7 @@ const TEXTS: [Texts; 31] = [
         short: "some points fit far worse than most",
         meaning: "Wrong matches, moving things, or blurred keypoints. With a squared loss they weigh most of all: sigma is a mean \
             of good and bad, and the calibration varies more than the good points alone would let it. No ratio of observed to \
-            predicted spread shows it, since sigma has grown too. It does not bear on the verdict.",
+            predicted spread shows it, since sigma has grown too.",
         found: "The squares of a point's residuals are summed and held against chi-square. Sigma is more than {MOST_SIGMA_RATIO} times \
             what the median point says, and more points than {TAIL} of all lie beyond what {TAIL} of normal ones would (p below \
             {MOST_P}).",

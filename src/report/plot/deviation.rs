@@ -69,9 +69,7 @@ fn panel(page: &mut Page, member: &SpreadOf, place: &Placed) {
     let y = bottom + BELOW + 0.5 * KEY_HEIGHT;
     let length = reference * factor * place.scale();
     arrow(&mut page.drawing, [left, y], [length, 0.0], INK);
-    let text = format!(
-        "{label} px; arrows are {factor_label} times as long as the deviation in the image"
-    );
+    let text = format!("{label} px; arrows are {factor_label} times as long as in the image");
     page.drawing.text(&text, [left + length + 10.0, y], Pinned::Left, SMALL, GREY);
 }
 
