@@ -16,6 +16,7 @@ mod linearize;
 mod loss;
 mod optimum;
 mod options;
+mod order;
 mod outcome;
 mod point;
 mod probe;
@@ -24,11 +25,13 @@ mod products;
 mod rows;
 mod schur;
 mod sensitivity;
+mod shape;
 mod solver;
 #[cfg(test)]
 pub(crate) mod testing;
 #[cfg(test)]
 mod tests;
+mod tiles;
 mod write_back;
 
 pub use covariance::{Covariance, FreeParam, OpenDirection};

@@ -9,6 +9,7 @@ use super::linearize::{Kernel, Lens, Sighting};
 use super::options::Options;
 use super::problem::{Problem, State, padded};
 use super::schur::Layout;
+use super::shape::Shape;
 use super::solver::Solver;
 use super::{BundleError, Loss};
 use crate::camera::Intrinsics;
@@ -148,6 +149,7 @@ impl Optimum {
             lenses,
             start,
             layout: Layout::new(0, std::iter::empty()),
+            shape: Shape::default(),
             limits: Limits::default(),
             frame: *frame,
             images: images.clone(),
