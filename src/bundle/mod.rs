@@ -27,6 +27,7 @@ mod schur;
 mod sensitivity;
 mod shape;
 mod solver;
+mod subsets;
 #[cfg(test)]
 pub(crate) mod testing;
 #[cfg(test)]
@@ -43,6 +44,7 @@ pub use outcome::{Adjusted, CameraOutcome, Outcome, adjust, adjust_to_optimum};
 pub use probe::{Entry, Probe};
 pub use problem::Dropped;
 pub use sensitivity::{Sensed, Sensitivities};
+pub use subsets::{Refit, Subsets};
 
 pub(crate) use cholesky::Dense;
 pub(crate) use sensitivity::eliminator;

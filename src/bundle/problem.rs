@@ -99,6 +99,47 @@ impl Problem {
         Ok(problem)
     }
 
+    /// The sightings of each point, by the problem's numbers of the images.
+    pub(super) fn tracks(&self) -> Vec<Sighted> {
+        let mut tracks = Vec::with_capacity(self.points.len());
+        for chunk in &self.chunks {
+            let mut start = 0;
+            for &end in &chunk.ends {
+                let track = chunk.sightings[start..end as usize].iter();
+                let outside = |seen: &Sighting| Sighting {
+                    image: chunk.images[seen.image as usize],
+                    xy: seen.xy,
+                };
+                tracks.push(track.map(outside).collect());
+                start = end as usize;
+            }
+        }
+        tracks
+    }
+
+    /// The same cameras and images, with no point yet.
+    pub(super) fn bare(&self) -> Self {
+        let Self { lenses, limits, frame, images, cameras, camera_of, dropped, .. } = self;
+        let State { poses, params, .. } = &self.start;
+        Self {
+            chunks: Vec::new(),
+            lenses: lenses.clone(),
+            start: State { poses: poses.clone(), params: params.clone(), points: Vec::new() },
+            layout: Layout::new(0, std::iter::empty()),
+            shape: Shape::default(),
+            limits: limits.clone(),
+            frame: *frame,
+            images: images.clone(),
+            sightings: vec![0; images.len()],
+            cameras: cameras.clone(),
+            camera_of: camera_of.clone(),
+            points: Vec::new(),
+            observations: 0,
+            dropped: *dropped,
+            components: 0,
+        }
+    }
+
     /// The points that are adjusted, and their sightings, sorted by the images that see them.
     fn choose(&mut self, geometry: &Geometry, options: &Options) -> Vec<Sighted> {
         let numbers: BTreeMap<ImageId, u32> =

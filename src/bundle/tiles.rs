@@ -59,6 +59,12 @@ impl Pattern {
         size_of::<Tile>() * tiles + size_of::<u32>() * self.places.len()
     }
 
+    /// The rows of a column, from the diagonal on.
+    #[cfg(test)]
+    pub(super) fn column(&self, column: usize) -> &[usize] {
+        &self.rows[column]
+    }
+
     /// Where the tile of this row and column, row >= column, is in its column.
     fn place(&self, row: usize, column: usize) -> Option<usize> {
         let place = self.places[row * (row + 1) / 2 + column];
@@ -389,7 +395,7 @@ mod tests {
     /// Eliminating the first fills the triangle of the others; the last is joined with all.
     fn star_with_border() -> Graph {
         let mut graph = Graph::new(6);
-        [(0, 2), (0, 3), (0, 4)].map(|(one, other)| graph.join(one, other));
+        [2, 3, 4].iter().for_each(|&leaf| graph.join(0, leaf));
         (0..5).for_each(|tile| graph.join(tile, 5));
         graph
     }
