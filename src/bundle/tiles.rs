@@ -446,7 +446,7 @@ mod tests {
         let (first, size) = (4 * TILE, 6 * TILE);
         let corner = matrix.view_range(..first, ..first).into_owned().try_inverse().unwrap();
         let side = matrix.view_range(first.., ..first);
-        let schur = matrix.view_range(first.., first..) - &side * corner * side.transpose();
+        let schur = matrix.view_range(first.., first..) - side * corner * side.transpose();
         for row in first..size {
             for column in first..=row {
                 let (wanted, found) =
