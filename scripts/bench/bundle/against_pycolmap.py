@@ -45,7 +45,8 @@ def adjuster_of(model, images):
     config.fix_gauge(pycolmap.BundleAdjustmentGauge.TWO_CAMS_FROM_WORLD)
     return pycolmap.create_default_ceres_bundle_adjuster(options, config, model)
 def steps_of(summary):
-    return summary.num_successful_steps + summary.num_unsuccessful_steps
+    # Ceres counts the start as a step.
+    return summary.num_successful_steps + summary.num_unsuccessful_steps - 1
 """
 ADJUST = START + """
 options.ceres.solver_options.max_num_iterations = min(int(sys.argv[3]), options.ceres.solver_options.max_num_iterations)
