@@ -68,8 +68,8 @@ pub(super) fn cut(
 ) -> Result<Vec<Chunk>, BundleError> {
     /// A chunk is worth a thread's while, and its sums are no more than what a core keeps near it.
     const WORK: usize = 100_000;
-    /// Fewer chunks than this keep few threads busy; with many more their sums outweigh the system itself.
-    const MOST_CHUNKS: usize = 256;
+    /// Fewer chunks than this keep few threads busy; with many more it takes longer to add their sums than to make them.
+    const MOST_CHUNKS: usize = 64;
     let work = |track: &Sighted| track.len() * (10 + track.len() / 2);
     let total: usize = points.iter().map(work).sum();
     let mut share = (total / MOST_CHUNKS).max(WORK);

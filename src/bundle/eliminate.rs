@@ -28,16 +28,14 @@ pub(super) struct View<'a> {
     pub moves_points: bool,
 }
 
-/// The sums of one chunk, and room to work in.
-#[derive(Debug, Clone)]
+/// The sums of one chunk, and room to work in; another chunk may have it next.
+#[derive(Debug, Clone, Default)]
 pub(super) struct Sums {
     /// J^T J after points are eliminated, as the chunk lays it out: the blocks between images, row by row. In an image's block
     /// with itself the last two columns are its gradient after points are eliminated, and before.
     pub pose_blocks: Vec<[Wide; 6]>,
     /// The blocks with cameras.
     pub blocks: Vec<f64>,
-    /// Where the points go.
-    pub point_steps: Vec<Vector3<f64>>,
     /// By image: diagonal of J^T J before points are eliminated.
     pub pose_diagonals: Vec<Wide>,
     /// By camera: gradient after points are eliminated, diagonal of J^T J before, gradient before.
@@ -51,7 +49,7 @@ pub(super) struct Sums {
     scratch: Scratch,
 }
 
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 struct Scratch {
     rows: Vec<Row>,
     /// For each sighting the columns of Z = J_pose^T J_point L^-T.
@@ -80,44 +78,30 @@ struct Eliminated {
 }
 
 impl Sums {
-    pub(super) fn new(chunk: &Chunk) -> Self {
+    /// Makes room for a chunk, and forgets what was summed.
+    fn clear(&mut self, chunk: &Chunk) {
+        refill(&mut self.pose_blocks, chunk.pose_pose_count, [[0.0; 8]; 6]);
+        refill(&mut self.blocks, chunk.border_length, 0.0);
+        refill(&mut self.pose_diagonals, chunk.images.len(), [0.0; 8]);
+        refill(&mut self.cameras, chunk.cameras.len(), [[0.0; MOST_PARAMS]; 3]);
+        (self.by_points, self.point_gradient, self.nullity) = (0.0, 0.0, 0);
         let zeros = [[0.0; MOST_PARAMS]; 3];
         let border = Border { camera: 0, rows: zeros, solved: zeros };
-        let scratch = Scratch {
-            rows: vec![Row::ZERO; chunk.longest],
-            factors: vec![[[0.0; 8]; 3]; chunk.longest],
-            borders: vec![border; chunk.longest.min(chunk.cameras.len())],
-        };
-        Self {
-            pose_blocks: vec![[[0.0; 8]; 6]; chunk.pose_pose_count],
-            blocks: vec![0.0; chunk.border_length],
-            point_steps: vec![Vector3::zeros(); chunk.ends.len()],
-            pose_diagonals: vec![[0.0; 8]; chunk.images.len()],
-            cameras: vec![zeros; chunk.cameras.len()],
-            by_points: 0.0,
-            point_gradient: 0.0,
-            nullity: 0,
-            scratch,
-        }
+        let Scratch { rows, factors, borders } = &mut self.scratch;
+        rows.resize(chunk.longest.max(rows.len()), Row::ZERO);
+        factors.resize(chunk.longest.max(factors.len()), [[0.0; 8]; 3]);
+        borders.resize(chunk.cameras.len().max(borders.len()), border);
     }
+}
 
-    /// Room for the rows of a track, and where the points' steps go.
-    pub(super) fn rows_and_point_steps(&mut self) -> (&mut [Row], &mut [Vector3<f64>]) {
-        (&mut self.scratch.rows, &mut self.point_steps)
-    }
-
-    fn clear(&mut self) {
-        self.pose_blocks.fill([[0.0; 8]; 6]);
-        self.blocks.fill(0.0);
-        self.pose_diagonals.fill([0.0; 8]);
-        self.cameras.fill([[0.0; MOST_PARAMS]; 3]);
-        (self.by_points, self.point_gradient, self.nullity) = (0.0, 0.0, 0);
-    }
+fn refill<T: Copy>(values: &mut Vec<T>, count: usize, value: T) {
+    values.clear();
+    values.resize(count, value);
 }
 
 /// The pass.
 pub(super) fn eliminate(chunk: &Chunk, view: &View<'_>, damping: f64, sums: &mut Sums) {
-    sums.clear();
+    sums.clear(chunk);
     match view.width {
         0 => of_width::<0>(chunk, view, damping, sums),
         1..=4 => of_width::<4>(chunk, view, damping, sums),
@@ -270,7 +254,7 @@ pub(super) fn lift(point: &Vector3<f64>, [a, b, c]: &[f64; 3]) -> Wide {
     [y * c - z * b, z * a - x * c, x * b - y * a, *a, *b, *c, 0.0, 0.0]
 }
 
-/// The blocks between poses, rows those of the later image; the poses' gradients and diagonals.
+/// The blocks between poses, rows those of the earlier image; the poses' gradients and diagonals.
 #[inline(always)]
 fn add_poses<const FUSED: bool>(
     chunk: &Chunk,
@@ -327,10 +311,10 @@ fn take_pairs<const FUSED: bool>(
     for (sighting, other) in track.iter().zip(earlier) {
         let first = sighting.image as usize;
         let block = &mut blocks[chunk.pose_pose[pair(first, image)] as usize];
-        take_outers::<8, 8, FUSED>(block, last, other);
+        take_outers::<8, 8, FUSED>(block, other, last);
         if first == image {
             // Both halves of a symmetric block: the image has two keypoints of this point.
-            take_outers::<8, 8, FUSED>(block, other, last);
+            take_outers::<8, 8, FUSED>(block, last, other);
         }
     }
 }

@@ -4,8 +4,8 @@ use multiversion::multiversion;
 use nalgebra::Vector3;
 
 use super::chunk::Chunk;
-use super::eliminate::{Sums, View};
-use super::linearize::{MOST_PARAMS, Params};
+use super::eliminate::View;
+use super::linearize::{MOST_PARAMS, Params, Row};
 use super::products::fused;
 use super::rows::block_of;
 
@@ -15,6 +15,12 @@ pub(super) struct Followed<'a> {
     pub params: &'a [Params],
     /// That of the step.
     pub damping: f64,
+}
+
+/// Room for the rows of the chunk's longest track, and where its points' steps go.
+pub(super) struct Room<'a> {
+    pub rows: &'a mut [Row],
+    pub steps: &'a mut [Vector3<f64>],
 }
 
 /// What the pass tells of the points' steps.
@@ -31,13 +37,13 @@ pub(super) fn follow(
     chunk: &Chunk,
     view: &View<'_>,
     followed: &Followed<'_>,
-    sums: &mut Sums,
+    room: &mut Room<'_>,
 ) -> PointStep {
     match view.width {
-        0 => of_width::<0>(chunk, view, followed, sums),
-        1..=4 => of_width::<4>(chunk, view, followed, sums),
-        5..=8 => of_width::<8>(chunk, view, followed, sums),
-        _ => of_width::<MOST_PARAMS>(chunk, view, followed, sums),
+        0 => of_width::<0>(chunk, view, followed, room),
+        1..=4 => of_width::<4>(chunk, view, followed, room),
+        5..=8 => of_width::<8>(chunk, view, followed, room),
+        _ => of_width::<MOST_PARAMS>(chunk, view, followed, room),
     }
 }
 
@@ -46,12 +52,12 @@ fn of_width<const W: usize>(
     chunk: &Chunk,
     view: &View<'_>,
     followed: &Followed<'_>,
-    sums: &mut Sums,
+    room: &mut Room<'_>,
 ) -> PointStep {
     if multiversion::target::target_cfg_f!(target_feature = "fma") {
-        step_points::<W, true>(chunk, view, followed, sums)
+        step_points::<W, true>(chunk, view, followed, room)
     } else {
-        step_points::<W, false>(chunk, view, followed, sums)
+        step_points::<W, false>(chunk, view, followed, room)
     }
 }
 
@@ -60,13 +66,13 @@ fn step_points<const W: usize, const FUSED: bool>(
     chunk: &Chunk,
     view: &View<'_>,
     followed: &Followed<'_>,
-    sums: &mut Sums,
+    room: &mut Room<'_>,
 ) -> PointStep {
     let mut total = PointStep::default();
     let mut start = 0;
     let points = &view.points[chunk.points.clone()];
-    let (rows, steps) = sums.rows_and_point_steps();
-    for ((&end, point), step) in chunk.ends.iter().zip(points).zip(steps) {
+    let Room { rows, steps } = room;
+    for ((&end, point), step) in chunk.ends.iter().zip(points).zip(&mut **steps) {
         let track = &chunk.sightings[start..end as usize];
         start = end as usize;
         let rows = &mut rows[..track.len()];

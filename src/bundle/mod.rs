@@ -18,6 +18,7 @@ mod linearize;
 mod loss;
 mod optimum;
 mod options;
+mod order;
 mod outcome;
 mod point;
 mod probe;
@@ -26,11 +27,14 @@ mod products;
 mod rows;
 mod schur;
 mod sensitivity;
+mod shape;
 mod solver;
+mod subsets;
 #[cfg(test)]
 pub(crate) mod testing;
 #[cfg(test)]
 mod tests;
+mod tiles;
 mod write_back;
 
 pub use clustered::Clustered;
@@ -43,6 +47,7 @@ pub use outcome::{Adjusted, CameraOutcome, Outcome, adjust, adjust_to_optimum};
 pub use probe::{Entry, Probe};
 pub use problem::Dropped;
 pub use sensitivity::{Sensed, Sensitivities};
+pub use subsets::{Refit, Subsets};
 
 pub(crate) use cholesky::Dense;
 pub(crate) use sensitivity::eliminator;

@@ -2,13 +2,11 @@
 
 use nalgebra::Vector3;
 
-use super::chunk::Sighted;
 use super::covariance::FreeParam;
 use super::limits::Limits;
 use super::linearize::{Kernel, Lens, Sighting};
 use super::options::Options;
 use super::problem::{Problem, State, padded};
-use super::schur::Layout;
 use super::solver::Solver;
 use super::{BundleError, Loss};
 use crate::camera::Intrinsics;
@@ -143,49 +141,18 @@ impl Optimum {
 
     /// The problem at this state with other lenses.
     fn widened(&self, widened: &[Widened]) -> Result<Problem, BundleError> {
-        let Problem { frame, images, cameras, camera_of, points, dropped, .. } = &self.problem;
-        let (mut lenses, mut start) = (self.problem.lenses.clone(), self.state.clone());
+        let mut problem = self.problem.bare();
+        problem.start.clone_from(&self.state);
+        problem.points.clone_from(&self.problem.points);
+        problem.limits = Limits::default();
         for Widened { camera, intrinsics, free } in widened {
-            if let Ok(number) = cameras.binary_search(camera) {
-                lenses[number] = Lens { kernel: Kernel::of(intrinsics), free: free.clone() };
-                start.params[number] = padded(intrinsics.params());
+            if let Ok(number) = problem.cameras.binary_search(camera) {
+                problem.lenses[number] =
+                    Lens { kernel: Kernel::of(intrinsics), free: free.clone() };
+                problem.start.params[number] = padded(intrinsics.params());
             }
         }
-        let mut problem = Problem {
-            chunks: Vec::new(),
-            lenses,
-            start,
-            layout: Layout::new(0, std::iter::empty()),
-            limits: Limits::default(),
-            frame: *frame,
-            images: images.clone(),
-            sightings: vec![0; images.len()],
-            cameras: cameras.clone(),
-            camera_of: camera_of.clone(),
-            points: points.clone(),
-            observations: 0,
-            dropped: *dropped,
-            components: 0,
-        };
-        problem.lay_out(&self.tracks(), &self.options)?;
+        problem.lay_out(&self.problem.tracks(), &self.options)?;
         Ok(problem)
-    }
-
-    /// The sightings of each point, by the problem's numbers of the images.
-    fn tracks(&self) -> Vec<Sighted> {
-        let mut tracks = Vec::with_capacity(self.problem.points.len());
-        for chunk in &self.problem.chunks {
-            let mut start = 0;
-            for &end in &chunk.ends {
-                let track = chunk.sightings[start..end as usize].iter();
-                let outside = |seen: &Sighting| Sighting {
-                    image: chunk.images[seen.image as usize],
-                    xy: seen.xy,
-                };
-                tracks.push(track.map(outside).collect());
-                start = end as usize;
-            }
-        }
-        tracks
     }
 }

@@ -4,13 +4,13 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::Vector3;
 
-use super::cholesky::Dense;
 use super::chunk::{self, Chunk, Numbering, Sighted};
 use super::frame::Frame;
 use super::limits::Limits;
 use super::linearize::{Kernel, Lens, MOST_PARAMS, Params, Placed, Sighting};
 use super::options::{Options, Which};
 use super::schur::Layout;
+use super::shape::Shape;
 use super::{BundleError, gauge};
 use crate::scene::{CameraId, Geometry, ImageId, Scene};
 
@@ -40,6 +40,7 @@ pub(super) struct Problem {
     pub lenses: Vec<Lens>,
     pub start: State,
     pub layout: Layout,
+    pub shape: Shape,
     pub limits: Limits,
     pub frame: Frame,
     /// The images with their cameras, by their number here.
@@ -79,6 +80,7 @@ impl Problem {
         let mut problem = Self {
             chunks: Vec::new(),
             layout: Layout::new(0, std::iter::empty()),
+            shape: Shape::default(),
             limits,
             lenses,
             start,
@@ -95,6 +97,47 @@ impl Problem {
         let tracks = problem.choose(geometry, options);
         problem.lay_out(&tracks, options)?;
         Ok(problem)
+    }
+
+    /// The sightings of each point, by the problem's numbers of the images.
+    pub(super) fn tracks(&self) -> Vec<Sighted> {
+        let mut tracks = Vec::with_capacity(self.points.len());
+        for chunk in &self.chunks {
+            let mut start = 0;
+            for &end in &chunk.ends {
+                let track = chunk.sightings[start..end as usize].iter();
+                let outside = |seen: &Sighting| Sighting {
+                    image: chunk.images[seen.image as usize],
+                    xy: seen.xy,
+                };
+                tracks.push(track.map(outside).collect());
+                start = end as usize;
+            }
+        }
+        tracks
+    }
+
+    /// The same cameras and images, with no point yet.
+    pub(super) fn bare(&self) -> Self {
+        let Self { lenses, limits, frame, images, cameras, camera_of, dropped, .. } = self;
+        let State { poses, params, .. } = &self.start;
+        Self {
+            chunks: Vec::new(),
+            lenses: lenses.clone(),
+            start: State { poses: poses.clone(), params: params.clone(), points: Vec::new() },
+            layout: Layout::new(0, std::iter::empty()),
+            shape: Shape::default(),
+            limits: limits.clone(),
+            frame: *frame,
+            images: images.clone(),
+            sightings: vec![0; images.len()],
+            cameras: cameras.clone(),
+            camera_of: camera_of.clone(),
+            points: Vec::new(),
+            observations: 0,
+            dropped: *dropped,
+            components: 0,
+        }
     }
 
     /// The points that are adjusted, and their sightings, sorted by the images that see them.
@@ -165,22 +208,25 @@ impl Problem {
             let held = gauge::held(&components, count, &self.sightings, &self.start.poses);
             held.iter().for_each(|&unknown| self.layout.held[unknown] = true);
         }
-        self.fits(Dense::bytes(self.layout.size), options)?;
         let numbering =
             Numbering { camera_of: &self.camera_of, width: self.layout.width, poses, pairs };
         self.chunks = chunk::cut(tracks, &numbering)?;
+        self.shape = Shape::new(&self.layout, &self.chunks);
         self.fits(self.bytes(), options)
     }
 
     /// How much memory the adjustment takes.
     fn bytes(&self) -> usize {
         let chunk = |chunk: &Chunk| {
-            8 * (chunk.sum_length() + chunk.pose_pose.len() + 3 * chunk.sightings.len())
-                + 200 * chunk.images.len()
-                + 1000 * (chunk.longest + chunk.cameras.len())
+            4 * chunk.pose_pose.len() + 24 * chunk.sightings.len() + 16 * chunk.images.len()
         };
+        let sums =
+            |chunk: &Chunk| 8 * chunk.sum_length() + 1000 * (chunk.longest + chunk.cameras.len());
+        let most = self.chunks.iter().map(sums).max().unwrap_or(0);
+        let at_a_time = super::solver::at_a_time(self.chunks.len());
         let points = 4 * size_of::<Vector3<f64>>() * self.start.points.len();
-        Dense::bytes(self.layout.size) + points + self.chunks.iter().map(chunk).sum::<usize>()
+        let chunks: usize = self.chunks.iter().map(chunk).sum();
+        self.shape.pattern.bytes() + points + chunks + at_a_time * most
     }
 
     fn fits(&self, needed: usize, options: &Options) -> Result<(), BundleError> {

@@ -1,9 +1,10 @@
 //! The system that is left when points are eliminated: poses first, the cameras' intrinsics as its border last.
 
-use super::cholesky::Dense;
 use super::chunk::{Chunk, NONE, pair};
 use super::eliminate::Sums;
 use super::linearize::{MOST_PARAMS, Params};
+use super::shape::Shape;
+use super::tiles::Tiles;
 
 /// Where each unknown of poses and cameras stands.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -45,7 +46,14 @@ impl Layout {
 #[derive(Debug, Clone)]
 pub(super) struct System {
     layout: Layout,
-    matrix: Dense,
+    /// The row of each unknown in the matrix.
+    rows: Vec<usize>,
+    pose_tiles: usize,
+    matrix: Tiles,
+    /// A right side, and then the solution, as the matrix has its rows.
+    right: Vec<f64>,
+    /// The scale of each of its rows; zero also for those that fill up tiles.
+    row_scales: Vec<f64>,
     /// The gradient after points are eliminated.
     gradient: Vec<f64>,
     /// Of J^T J, before points are eliminated.
@@ -72,10 +80,15 @@ pub(super) struct Solved {
 }
 
 impl System {
-    pub(super) fn new(layout: Layout) -> Self {
+    pub(super) fn new(layout: Layout, shape: &Shape) -> Self {
         let zeros = vec![0.0; layout.size];
+        let matrix = Tiles::new(shape.pattern.clone());
         Self {
-            matrix: Dense::new(layout.size),
+            rows: shape.rows.clone(),
+            pose_tiles: shape.pose_tiles,
+            right: vec![0.0; matrix.size()],
+            row_scales: vec![0.0; matrix.size()],
+            matrix,
             gradient: zeros.clone(),
             diagonal: zeros.clone(),
             own_gradient: zeros.clone(),
@@ -85,42 +98,45 @@ impl System {
         }
     }
 
-    /// Adds the sums of all chunks, in their order.
-    pub(super) fn assemble(&mut self, chunks: &[Chunk], sums: &[Sums]) {
+    pub(super) fn clear(&mut self) {
         self.matrix.clear();
         for vector in [&mut self.gradient, &mut self.diagonal, &mut self.own_gradient] {
             vector.fill(0.0);
         }
-        for (chunk, sums) in chunks.iter().zip(sums) {
-            if self.layout.poses > 0 {
-                self.add_poses(chunk, sums);
-                self.add_borders(chunk, sums);
-            }
-            self.add_cameras(chunk, sums);
+    }
+
+    /// Adds the sums of a chunk: those of all chunks, in their order.
+    pub(super) fn add(&mut self, chunk: &Chunk, sums: &Sums) {
+        if self.layout.poses > 0 {
+            self.add_poses(chunk, sums);
+            self.add_borders(chunk, sums);
         }
+        self.add_cameras(chunk, sums);
     }
 
     fn add_poses(&mut self, chunk: &Chunk, sums: &Sums) {
         for (second, &image) in chunk.images.iter().enumerate() {
             let start = 6 * image as usize;
+            let later = self.rows[start];
             for (first, &earlier) in chunk.images[..=second].iter().enumerate() {
                 let slot = chunk.pose_pose[pair(first, second)];
                 if slot == NONE {
                     continue;
                 }
-                let block = &sums.pose_blocks[slot as usize];
-                for (row, values) in block.iter().enumerate() {
-                    let target = &mut self.matrix.row_mut(start + row)[6 * earlier as usize..];
-                    // A block on the diagonal ends there.
-                    for (sum, value) in target.iter_mut().zip(&values[..6]) {
-                        *sum += value;
-                    }
-                    if first == second {
-                        self.gradient[start + row] += values[6];
-                        self.own_gradient[start + row] += values[7];
-                        self.diagonal[start + row] += sums.pose_diagonals[second][row];
-                    }
+                let block = sums.pose_blocks[slot as usize].iter().map(|values| &values[..6]);
+                let earlier = self.rows[6 * earlier as usize];
+                // The block's rows are those of the earlier image: columns of the matrix, if that is eliminated earlier too.
+                if earlier <= later {
+                    self.matrix.add_columns(later, earlier, block);
+                } else {
+                    self.matrix.add_rows(earlier, later, block);
                 }
+            }
+            let own = &sums.pose_blocks[chunk.pose_pose[pair(second, second)] as usize];
+            for (at, values) in own.iter().enumerate() {
+                self.gradient[start + at] += values[6];
+                self.own_gradient[start + at] += values[7];
+                self.diagonal[start + at] += sums.pose_diagonals[second][at];
             }
         }
     }
@@ -133,13 +149,8 @@ impl System {
                     continue;
                 }
                 let (start, width) = (self.layout.cameras[camera as usize], self.layout.width);
-                let block = &sums.blocks[slot as usize..slot as usize + 6 * width];
-                for place in 0..width {
-                    let target = &mut self.matrix.row_mut(start + place)[6 * image as usize..][..6];
-                    for (column, sum) in target.iter_mut().enumerate() {
-                        *sum += block[column * width + place];
-                    }
-                }
+                let block = sums.blocks[slot as usize..][..6 * width].chunks_exact(width);
+                self.matrix.add_columns(self.rows[start], self.rows[6 * image as usize], block);
             }
         }
     }
@@ -158,21 +169,17 @@ impl System {
                 if slot == NONE {
                     continue;
                 }
-                let column = self.layout.cameras[earlier as usize];
-                let block = &sums.blocks[slot as usize..slot as usize + width * width];
-                for (row, values) in block.chunks_exact(width).enumerate() {
-                    let target = &mut self.matrix.row_mut(start + row)[column..];
-                    for (sum, value) in target.iter_mut().zip(values) {
-                        *sum += value;
-                    }
-                }
+                let column = self.rows[self.layout.cameras[earlier as usize]];
+                let block = sums.blocks[slot as usize..][..width * width].chunks_exact(width);
+                self.matrix.add_rows(self.rows[start], column, block);
             }
         }
     }
 
     /// Adds what is known of an unknown beforehand.
     pub(super) fn add_prior(&mut self, unknown: usize, weight: f64, gradient: f64) {
-        self.matrix.row_mut(unknown)[unknown] += weight;
+        let row = self.rows[unknown];
+        self.matrix.add_rows(row, row, std::iter::once([weight].as_slice()));
         self.diagonal[unknown] += weight;
         self.gradient[unknown] += gradient;
         self.own_gradient[unknown] += gradient;
@@ -190,26 +197,35 @@ impl System {
             let moves = !self.layout.held[at] && self.diagonal[at] > 0.0;
             *scale = if moves { 1.0 / self.diagonal[at].sqrt() } else { 0.0 };
         }
-        for row in 0..self.layout.size {
-            let own = self.scales[row];
-            let values = self.matrix.row_mut(row);
-            for (value, scale) in values.iter_mut().zip(&self.scales) {
-                *value *= own * scale;
-            }
-            values[row] = if own > 0.0 { values[row] + damping } else { 1.0 };
+        for (&row, &scale) in self.rows.iter().zip(&self.scales) {
+            self.row_scales[row] = scale;
+        }
+        let scales = &self.row_scales;
+        // What stays, or fills up a tile, is apart from all else.
+        let diagonal = |row: usize, value| if scales[row] > 0.0 { value + damping } else { 1.0 };
+        self.matrix.scale(scales, diagonal);
+    }
+
+    /// Solves with the factor of the scaled matrix.
+    fn solve_for(&mut self, right: &mut [f64]) {
+        self.right.fill(0.0);
+        for (value, (&row, scale)) in right.iter().zip(self.rows.iter().zip(&self.scales)) {
+            self.right[row] = value * scale;
+        }
+        self.matrix.solve(&mut self.right);
+        for (value, &row) in right.iter_mut().zip(&self.rows) {
+            *value = self.right[row];
         }
     }
 
     /// Solves the damped system; none when it is singular. Without damping, directions that are not determined stay.
     pub(super) fn solve(&mut self, damping: f64) -> Option<Solved> {
         self.scale(damping);
-        self.matrix.factor(0..self.layout.size, null(damping))?;
-        for (step, (gradient, scale)) in
-            self.step.iter_mut().zip(self.gradient.iter().zip(&self.scales))
-        {
-            *step = -gradient * scale;
-        }
-        self.matrix.solve(&mut self.step);
+        self.matrix.factor(self.matrix.tiles(), null(damping))?;
+        let mut step = std::mem::take(&mut self.step);
+        step.iter_mut().zip(&self.gradient).for_each(|(step, gradient)| *step = -gradient);
+        self.solve_for(&mut step);
+        self.step = step;
         let mut solved = Solved { descent: 0.0, weighed_square: 0.0, square: 0.0, gradient: 0.0 };
         for (at, step) in self.step.iter_mut().enumerate() {
             solved.weighed_square += if self.scales[at] > 0.0 { *step * *step } else { 0.0 };
@@ -229,8 +245,10 @@ impl System {
         self.scale(0.0);
         let (poses, size) = (self.layout.poses, self.layout.size);
         // With a bound on pivots nothing is singular.
-        let nullity = self.matrix.factor(0..poses, null(0.0)).unwrap_or(poses);
-        let rows = (poses..size).map(|row| self.matrix.row(row)[poses..].to_vec()).collect();
+        let nullity = self.matrix.factor(self.pose_tiles, null(0.0)).unwrap_or(poses);
+        let entry = |row: usize, column| self.matrix.entry(self.rows[row], self.rows[column]);
+        let row = |row| (poses..=row).map(|column| entry(row, column)).collect();
+        let rows = (poses..size).map(row).collect();
         (Information { rows, scales: self.scales[poses..].to_vec() }, nullity)
     }
 
@@ -239,10 +257,9 @@ impl System {
     pub(super) fn answers(&mut self, rights: &mut [Vec<f64>]) -> Vec<f64> {
         self.scale(0.0);
         // With a bound on pivots nothing is singular.
-        let _ = self.matrix.factor(0..self.layout.size, null(0.0));
+        let _ = self.matrix.factor(self.matrix.tiles(), null(0.0));
         for right in rights {
-            right.iter_mut().zip(&self.scales).for_each(|(value, scale)| *value *= scale);
-            self.matrix.solve(right);
+            self.solve_for(right);
             right.iter_mut().zip(&self.scales).for_each(|(value, scale)| *value *= scale);
         }
         self.gradient.clone()

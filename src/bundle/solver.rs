@@ -6,9 +6,9 @@ use rayon::prelude::*;
 use super::Loss;
 use super::chunk::Chunk;
 use super::eliminate::{Sums, View, eliminate};
-use super::follow::{Followed, PointStep, follow};
+use super::follow::{Followed, PointStep, Room, follow};
 use super::limits::Resting;
-use super::linearize::{Params, Placed};
+use super::linearize::{Params, Placed, Row};
 use super::options::Options;
 use super::problem::{Problem, State};
 use super::schur::{Information, System};
@@ -20,7 +20,10 @@ pub(super) struct Solver<'a> {
     options: &'a Options,
     /// Where it was linearised.
     at: State,
+    /// For as many chunks as are worked on at a time.
     sums: Vec<Sums>,
+    /// Where the points go.
+    point_steps: Vec<Vector3<f64>>,
     system: System,
     pose_steps: Vec<[f64; 6]>,
     param_steps: Vec<Params>,
@@ -45,8 +48,9 @@ impl<'a> Solver<'a> {
         let unknowns = problem.unknowns(options);
         Self {
             at: problem.start.clone(),
-            sums: problem.chunks.iter().map(Sums::new).collect(),
-            system: System::new(problem.layout.clone()),
+            sums: vec![Sums::default(); at_a_time(problem.chunks.len())],
+            point_steps: vec![Vector3::zeros(); problem.points.len()],
+            system: System::new(problem.layout.clone(), &problem.shape),
             pose_steps: vec![[0.0; 6]; problem.images.len()],
             param_steps: vec![[0.0; super::linearize::MOST_PARAMS]; problem.cameras.len()],
             costs: vec![None; problem.chunks.len()],
@@ -66,16 +70,22 @@ impl<'a> Solver<'a> {
     fn eliminate(&mut self, damping: f64) -> (f64, f64, usize) {
         let Self { problem, options, at, sums, system, resting, bends, .. } = self;
         let view = view(problem, options, at, *bends);
-        let chunks = problem.chunks.par_iter().zip(sums.par_iter_mut());
-        chunks.for_each(|(chunk, sums)| eliminate(chunk, &view, damping, sums));
-        system.assemble(&problem.chunks, sums);
+        system.clear();
+        let mut total = (0.0, 0.0, 0);
+        for chunks in problem.chunks.chunks(sums.len()) {
+            let each = chunks.par_iter().zip(sums.par_iter_mut());
+            each.for_each(|(chunk, sums)| eliminate(chunk, &view, damping, sums));
+            for (chunk, sums) in chunks.iter().zip(&*sums) {
+                system.add(chunk, sums);
+                let (by_points, most, nullity) = total;
+                let most = sums.point_gradient.max(most);
+                total = (by_points + sums.by_points, most, nullity + sums.nullity);
+            }
+        }
         problem.limits.add(at, &problem.layout, system);
         let resting = resting.iter().map(|resting| resting.unknown(&problem.layout));
         system.hold(&problem.layout.held, resting);
-        sums.iter().fold((0.0, 0.0, 0), |(sum, most, nullity), sums| {
-            let most = sums.point_gradient.max(most);
-            (sum + sums.by_points, most, nullity + sums.nullity)
-        })
+        total
     }
 
     /// The information on the intrinsics at this state, and how many directions of poses and points are not determined. That of a
@@ -111,8 +121,15 @@ impl<'a> Solver<'a> {
         }
         let view = view(self.problem, self.options, &self.at, self.bends);
         let followed = Followed { poses: &self.pose_steps, params: &self.param_steps, damping };
-        let chunks = self.problem.chunks.par_iter().zip(self.sums.par_iter_mut());
-        let steps = chunks.map(|(chunk, sums)| follow(chunk, &view, &followed, sums));
+        let mut rest = self.point_steps.as_mut_slice();
+        let of_chunks: Vec<&mut [Vector3<f64>]> = (self.problem.chunks.iter())
+            .map_while(|chunk| rest.split_off_mut(..chunk.points.len()))
+            .collect();
+        let chunks = self.problem.chunks.par_iter().zip(of_chunks);
+        let steps = chunks.map_init(Vec::new, |rows, (chunk, steps)| {
+            rows.resize(chunk.longest.max(rows.len()), Row::ZERO);
+            follow(chunk, &view, &followed, &mut Room { rows, steps })
+        });
         let mut total = PointStep::default();
         for step in steps.collect::<Vec<_>>() {
             total.weighed_square += step.weighed_square;
@@ -120,6 +137,11 @@ impl<'a> Solver<'a> {
         }
         total
     }
+}
+
+/// How many chunks are worked on before their sums are added: enough to keep all threads busy, few enough to be forgotten.
+pub(super) fn at_a_time(chunks: usize) -> usize {
+    (4 * rayon::current_num_threads()).min(chunks).max(1)
 }
 
 pub(super) fn view<'a>(
@@ -224,8 +246,8 @@ impl least_squares::Problem for Solver<'_> {
         }
         self.problem.limits.put_inside(moved, &self.resting);
         if self.options.mode.moves_points() {
-            let steps = self.sums.iter().flat_map(|sums| &sums.point_steps);
-            for ((to, from), step) in moved.points.iter_mut().zip(&state.points).zip(steps) {
+            let steps = moved.points.iter_mut().zip(&state.points).zip(&self.point_steps);
+            for ((to, from), step) in steps {
                 *to = from + step * self.share;
             }
         }

@@ -72,7 +72,7 @@ fn summed(chunk: &Chunk, sums: &Sums) -> (DMatrix<f64>, DVector<f64>) {
             let block = &sums.pose_blocks[chunk.pose_pose[pair(first, second)] as usize];
             for (row, values) in block.iter().enumerate() {
                 for column in 0..6 {
-                    square[(6 * second + row, 6 * first + column)] = values[column];
+                    square[(6 * second + column, 6 * first + row)] = values[column];
                 }
                 if first == second {
                     gradient[6 * second + row] = values[6];
@@ -110,7 +110,8 @@ fn what_is_summed_is_the_schur_complement_of_the_whole_with_and_without_fused_ar
     type Pass = fn(&Chunk, &View<'_>, f64, &mut Sums);
     let passes: [Pass; 3] = [add_points::<8, false>, add_points::<8, true>, eliminate];
     for pass in passes {
-        let mut sums = Sums::new(chunk);
+        let mut sums = Sums::default();
+        sums.clear(chunk);
         pass(chunk, &view, 0.0, &mut sums);
         let (found, found_gradient) = summed(chunk, &sums);
         for row in 0..KEPT {

@@ -1,31 +1,56 @@
-//! Times bundle adjustment alone: `bench-bundle MODEL [THREADS]` reads the model, adjusts all intrinsics, and prints JSON.
+//! Times bundle adjustment alone, without files: reads a model, adjusts all intrinsics, and prints JSON. `against_pycolmap.py` says
+//! what the numbers are compared with.
 //!
-//! `whole`: CPU seconds of `adjust`, from scene to refined scene with covariance. `solve`: the same less `adjust` without steps,
-//! which builds the problem, eliminates once for the covariance and writes back: what the steps alone take.
+//! bench-bundle adjust MODEL THREADS STEPS: at most so many steps.
+//!   `whole`: CPU seconds of `adjust`, from scene to refined scene with covariance. `solve`: the same less `adjust` without steps,
+//!   which builds the problem, eliminates once for the covariance and writes back: what the steps alone take.
+//! bench-bundle covariance MODEL THREADS: `solve` is that `adjust` without steps, at the optimum.
+//! bench-bundle subsets MODEL THREADS FILE: `solve` is the adjustment of the images of each line, by id, from the optimum of the
+//!   whole; building the problem, once, included. `costs`: those of the first ones.
 
-use calibstab::bundle::{self, Options, Refine, Which};
+use std::collections::BTreeSet;
+
+use calibstab::bundle::{self, Options, Refine, Subsets, Which};
 use calibstab::camera::ParamClass::{Extra, Focal, PrincipalPoint};
 use calibstab::colmap;
-use calibstab::scene::Scene;
+use calibstab::scene::{ImageId, Scene};
+use rayon::prelude::*;
 use rustix::time::{ClockId, clock_gettime};
 
+const USAGE: &str =
+    "bench-bundle adjust|covariance|subsets MODEL THREADS [STEPS or FILE OF SUBSETS]";
+
 fn main() {
-    let mut arguments = std::env::args().skip(1);
-    let model = arguments.next().expect("bench-bundle MODEL [THREADS]");
-    let threads =
-        arguments.next().map_or(1, |threads| threads.parse().expect("THREADS is a number"));
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let [what, model, threads, more @ ..] = arguments.as_slice() else { panic!("{USAGE}") };
     rayon::ThreadPoolBuilder::new()
-        .num_threads(threads)
+        .num_threads(threads.parse().expect(USAGE))
         .build_global()
         .expect("no pool was built before");
-    let scene = colmap::find_one(model.as_ref()).expect("a model").read().expect("a sound model");
+    let model: &std::path::Path = model.as_ref();
+    let scene = colmap::find_one(model).expect("a model").read().expect("a sound model");
     let others = [Focal, PrincipalPoint, Extra].map(Which::Class).to_vec();
     let options = Options { refine: Refine { others, ..Refine::default() }, ..Options::default() };
-    let mut without_steps = options.clone();
-    without_steps.stop.max_iterations = 0;
+    match (what.as_str(), more) {
+        ("adjust", [steps]) => adjust(&scene, &options, steps.parse().expect(USAGE)),
+        ("covariance", []) => covariance(scene, &options),
+        ("subsets", [file]) => subsets(scene, &options, file),
+        _ => panic!("{USAGE}"),
+    }
+}
+
+fn without_steps(options: &Options) -> Options {
+    let mut without = options.clone();
+    without.stop.max_iterations = 0;
+    without
+}
+
+fn adjust(scene: &Scene, options: &Options, steps: usize) {
     let read = peak_kb();
-    let (around, around_wall, _) = timed(&scene, &without_steps);
-    let (whole, wall, outcome) = timed(&scene, &options);
+    let mut options = options.clone();
+    options.stop.max_iterations = options.stop.max_iterations.min(steps);
+    let (around, around_wall, _) = timed(scene, &without_steps(&options));
+    let (whole, wall, outcome) = timed(scene, &options);
     println!(
         "{{\"whole\": {whole}, \"solve\": {}, \"wall\": {}, \"steps\": {}, \"cost\": {:e}, \"read_kb\": {read}, \"peak_kb\": {}}}",
         whole - around,
@@ -34,6 +59,33 @@ fn main() {
         outcome.cost,
         peak_kb()
     );
+}
+
+fn covariance(scene: Scene, options: &Options) {
+    let refined = bundle::adjust(scene, options, &mut |_| {}).expect("an adjustment").scene;
+    let (solve, ..) = timed(&refined, &without_steps(options));
+    println!("{{\"solve\": {solve}}}");
+}
+
+fn subsets(scene: Scene, options: &Options, file: &str) {
+    let ids = |line: &str| -> BTreeSet<ImageId> {
+        line.split(' ').map(|id| ImageId(id.parse().expect("an id"))).collect()
+    };
+    let chosen: Vec<BTreeSet<ImageId>> =
+        std::fs::read_to_string(file).expect("a file").lines().map(ids).collect();
+    let refined = bundle::adjust(scene, options, &mut |_| {}).expect("an adjustment").scene;
+    let (cpu, wall) = (seconds(ClockId::ProcessCPUTime), seconds(ClockId::Monotonic));
+    let subsets = Subsets::new(&refined, options).expect("a problem");
+    let one = |images| subsets.adjust(images).map(|refit| (refit.cost, refit.iterations));
+    let refits: Vec<(f64, usize)> =
+        chosen.par_iter().map(one).collect::<Result<_, _>>().expect("adjustments");
+    let (cpu, wall) = (
+        seconds(ClockId::ProcessCPUTime) - cpu,
+        seconds(ClockId::Monotonic) - wall,
+    );
+    let costs: Vec<f64> = refits.iter().map(|(cost, _)| *cost).take(5).collect();
+    let steps: usize = refits.iter().map(|(_, steps)| steps).sum();
+    println!("{{\"solve\": {cpu}, \"wall\": {wall}, \"steps\": {steps}, \"costs\": {costs:?}}}");
 }
 
 /// CPU seconds, wall seconds, outcome.
