@@ -70,6 +70,12 @@ impl Candidates {
         })
     }
 
+    /// The same with the frames of this geometry, of the same images: an adjustment may have dissolved them.
+    pub(super) fn with_frames_of(mut self, geometry: &Geometry) -> Self {
+        self.frames = frames(Some(geometry), &self.rows.images);
+        self
+    }
+
     /// How many images there are.
     pub fn image_count(&self) -> usize {
         self.names.len()

@@ -46,6 +46,8 @@ pub use prediction::remarks::MOST_BIRGE;
 pub use prediction::{Consistency, Direction, PredictedSpread, Prediction, Ratio, RunPrediction};
 pub use refinement::{
     Adjustment, AsLeft, LeftSpread, RefinedCamera, Refinement, RefinementOptions, Stopped,
+    failure_of_sample,
 };
 pub use run::Run;
 pub use verdict::{Reason, Verdict, VerdictKind};
+pub use view::views;

@@ -14,6 +14,7 @@ mod font;
 mod frame;
 mod heat;
 mod labels;
+mod learning;
 mod legend;
 mod marker;
 mod notes;
@@ -42,6 +43,7 @@ mod tests;
 
 use std::fmt;
 
+use crate::selection::experiment::Selection;
 use crate::stability::{Analysis, ComparedCamera, Comparison};
 
 use drawing::Drawing;
@@ -80,6 +82,8 @@ pub enum FigureKind {
     Profile,
     /// Where the run that is furthest off deviates.
     Deviation,
+    /// The error of each heuristic by the number of images.
+    Learning,
 }
 
 /// A figure that could not be made.
@@ -144,6 +148,16 @@ pub fn comparison_figures(comparison: &Comparison) -> Result<Vec<Figure>, PlotEr
     Ok(comparison.cameras.iter().flat_map(of_camera).collect())
 }
 
+/// The figures of an experiment on heuristics.
+pub fn selection_figures(selection: &Selection) -> Result<Vec<Figure>, PlotError> {
+    let font = Font::load()?;
+    let learning = learning::draw(selection, &font);
+    let learning = learning.map(|drawing| {
+        Figure::new(FigureKind::Learning, "heuristics", "heuristics", drawing, &font)
+    });
+    Ok(learning.into_iter().collect())
+}
+
 fn spread_figures(spreads: &Spreads, stem: &str, font: &Font) -> Vec<Figure> {
     let mut figures = Vec::new();
     for (kind, draw) in SPREAD_KINDS {
@@ -193,6 +207,7 @@ impl FigureKind {
             Self::Spread => "spread",
             Self::Profile => "profile",
             Self::Deviation => "deviation",
+            Self::Learning => "learning",
         }
     }
 
@@ -205,6 +220,7 @@ impl FigureKind {
             Self::Spread => "spread over the image",
             Self::Profile => "spread by distance from the centre",
             Self::Deviation => "deviation of the run furthest off",
+            Self::Learning => "error by number of images",
         }
     }
 }

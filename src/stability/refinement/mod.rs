@@ -7,6 +7,7 @@ pub(super) mod testing;
 #[cfg(test)]
 mod tests;
 
+pub use apply::failure_of_sample;
 pub(super) use apply::{Origin, failure_of_outcome, predicted_correlations, refined};
 
 use schemars::JsonSchema;
