@@ -84,7 +84,7 @@ enum Unit {
     Frame,
 }
 
-pub(super) fn heuristics() -> impl TypedValueParser<Value = &'static Heuristic> + Clone {
+pub(super) fn heuristics() -> impl TypedValueParser<Value = &'static Heuristic> {
     let value = |it: &Heuristic| PossibleValue::new(it.name).help(it.summary);
     PossibleValuesParser::new(HEURISTICS.iter().map(value))
         .try_map(|name| Heuristic::named(&name).ok_or(format!("no rule is called {name}")))
