@@ -45,7 +45,9 @@ pub fn cells_csv(selection: &Selection) -> csv::Result<Vec<u8>> {
             ..row(selection, cell, cell.error, cell.raw)
         };
         writer.serialize(whole)?;
-        for camera in &cell.cameras {
+        // A truth tells something of a lone camera too.
+        let is_told = cell.cameras.len() > 1 || selection.options.truth.is_some();
+        for camera in cell.cameras.iter().filter(|_| is_told) {
             let own = row(selection, cell, Some(camera.error), Some(camera.raw));
             let bias_from_full_px = camera.bias_from_full_px;
             writer.serialize(CellRow {

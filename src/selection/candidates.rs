@@ -196,16 +196,18 @@ fn points_of(rows: &Sensitivities) -> Vec<Vec<usize>> {
     points
 }
 
-/// Of a grid of 12 columns; finer cells would count points rather than parts of the image.
+/// A part of the image plane is so many cells wide and high; single cells would count points.
+pub(super) const CELLS_PER_PART: usize = 5;
+
+/// The parts of the image plane in which each image sees something.
 fn cells_of(rows: &Sensitivities, grids: &[Grid]) -> Vec<Vec<usize>> {
-    const COARSER: usize = 5;
     let mut cells = vec![Vec::new(); rows.images.len()];
     for seen in rows.observations() {
         let grid = &grids[seen.image];
         if let Some(cell) = grid.cell_at(seen.xy) {
             let (row, column) = (cell / grid.columns(), cell % grid.columns());
-            let columns = grid.columns().div_ceil(COARSER);
-            cells[seen.image].push(row / COARSER * columns + column / COARSER);
+            let columns = grid.columns().div_ceil(CELLS_PER_PART);
+            cells[seen.image].push(row / CELLS_PER_PART * columns + column / CELLS_PER_PART);
         }
     }
     for cells in &mut cells {

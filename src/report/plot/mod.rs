@@ -4,10 +4,13 @@
 
 mod axis;
 mod boxes;
+mod centres;
+mod choice_boxes;
 mod color;
 mod columns;
 mod contour;
 mod correlations;
+mod coverage;
 mod deviation;
 mod drawing;
 mod font;
@@ -20,6 +23,7 @@ mod marker;
 mod notes;
 mod number;
 mod page;
+mod panels;
 mod plane;
 mod png;
 mod profile;
@@ -84,6 +88,10 @@ pub enum FigureKind {
     Deviation,
     /// The error of each heuristic by the number of images.
     Learning,
+    /// From where the images were taken, and which of them each heuristic chose.
+    Centres,
+    /// Where in the image those chosen see something.
+    Coverage,
 }
 
 /// A figure that could not be made.
@@ -148,14 +156,32 @@ pub fn comparison_figures(comparison: &Comparison) -> Result<Vec<Figure>, PlotEr
     Ok(comparison.cameras.iter().flat_map(of_camera).collect())
 }
 
-/// The figures of an experiment on heuristics.
+/// The figures of an experiment on heuristics: the error by size of all models; of the first model, at each size, the
+/// parameters of each camera, which images were chosen, and where they see something.
 pub fn selection_figures(selection: &Selection) -> Result<Vec<Figure>, PlotError> {
     let font = Font::load()?;
+    let figure = |kind, stem: &str, of: &str, drawing: Option<Drawing>| {
+        drawing.map(|drawing| Figure::new(kind, stem, of, drawing, &font))
+    };
     let learning = learning::draw(selection, &font);
-    let learning = learning.map(|drawing| {
-        Figure::new(FigureKind::Learning, "heuristics", "heuristics", drawing, &font)
-    });
-    Ok(learning.into_iter().collect())
+    let mut figures: Vec<Figure> = Vec::new();
+    figures.extend(figure(FigureKind::Learning, "heuristics", "all heuristics", learning));
+    let Some(model) = selection.models.first() else { return Ok(figures) };
+    for &size in &model.sizes {
+        let (stem, of) = (format!("size-{size}"), format!("of {size}"));
+        let centres = centres::draw(selection, model, size, &font);
+        figures.extend(figure(FigureKind::Centres, &stem, &of, centres));
+        for camera in &model.cameras {
+            let id = camera.camera_id;
+            let (stem, of) =
+                (format!("size-{size}-camera-{id}"), format!("camera {id}, of {size}"));
+            let boxes = choice_boxes::draw(selection, camera, size, &font);
+            figures.extend(figure(FigureKind::Boxes, &stem, &of, boxes));
+            let coverage = coverage::draw(selection, camera, size, &font);
+            figures.extend(figure(FigureKind::Coverage, &stem, &of, coverage));
+        }
+    }
+    Ok(figures)
 }
 
 fn spread_figures(spreads: &Spreads, stem: &str, font: &Font) -> Vec<Figure> {
@@ -208,6 +234,8 @@ impl FigureKind {
             Self::Profile => "profile",
             Self::Deviation => "deviation",
             Self::Learning => "learning",
+            Self::Centres => "centres",
+            Self::Coverage => "coverage",
         }
     }
 
@@ -221,6 +249,8 @@ impl FigureKind {
             Self::Profile => "spread by distance from the centre",
             Self::Deviation => "deviation of the run furthest off",
             Self::Learning => "error by number of images",
+            Self::Centres => "places of the images chosen",
+            Self::Coverage => "coverage of the image plane",
         }
     }
 }

@@ -8,7 +8,6 @@ use super::drawing::{Drawing, Pinned, Point, Rect};
 use super::font::Font;
 use super::frame::{exact_level_axis, left_room, level_ticks, upright_tick_count, upright_ticks};
 use super::page::{Page, SMALL};
-use crate::stability::spread::Spread;
 
 /// Images higher than this times their width are drawn less high: none is.
 const HIGHEST: f64 = 2.0;
@@ -37,13 +36,18 @@ pub struct Placed<'p> {
 }
 
 impl Plane {
-    /// The image whose cells a spread counts.
-    pub fn new(font: &Font, [wide, high]: [u64; 2], spread: &Spread, width: f64) -> Self {
+    /// The image with so many columns and rows of cells.
+    pub fn new(
+        font: &Font,
+        [wide, high]: [u64; 2],
+        [columns, rows]: [usize; 2],
+        width: f64,
+    ) -> Self {
         let size = [wide.max(1) as f64, high.max(1) as f64];
         let height = (width * size[1] / size[0]).clamp(width / HIGHEST.powi(3), HIGHEST * width);
         let x = exact_level_axis(font, [0.0, size[0]], width);
         let y = Axis::exact([0.0, size[1]], upright_tick_count(height)).downwards();
-        Self { size, columns: spread.columns, rows: spread.rows, width, height, x, y }
+        Self { size, columns, rows, width, height, x, y }
     }
 
     /// What its labels need left of it.

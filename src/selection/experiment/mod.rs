@@ -19,6 +19,7 @@ pub use plan::{Noise, Plan, Pool};
 pub use result::*;
 pub use sample::{Draw, Sample, SampledCamera};
 
+use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
 
 use super::Unit;
@@ -151,6 +152,7 @@ impl Experiment {
                 parameters: model.params.iter().map(|param| param.name.to_owned()).collect(),
                 refined: camera.intrinsics.params().to_vec(),
                 free: free.map(|param| param.place).collect(),
+                parts: score::parts_of(camera),
             }
         };
         ModelRecord {
@@ -158,7 +160,7 @@ impl Experiment {
             files: ground.files.clone(),
             images: all.clone().map(|at| ground.candidates.name(at).to_owned()).collect(),
             image_cameras: all.clone().map(|at| ground.candidates.camera(at).0).collect(),
-            centres: all.map(|at| ground.candidates.centre(at).into()).collect(),
+            map: map(&all.map(|at| ground.candidates.centre(at)).collect::<Vec<_>>()),
             cameras: ground.wanted.iter().map(camera).collect(),
             sigma_px: ground.sigma_px,
             unit_count: ground.unit_count,
@@ -193,6 +195,23 @@ impl Experiment {
         };
         self.grounds.iter().filter_map(of_ground).collect()
     }
+}
+
+/// Places along the two directions in which they differ most.
+fn map(places: &[Vector3<f64>]) -> Vec<[f64; 2]> {
+    let mean = places.iter().sum::<Vector3<f64>>() / places.len().max(1) as f64;
+    let scatter: Matrix3<f64> =
+        places.iter().map(|place| (place - mean) * (place - mean).transpose()).sum();
+    let eigen = scatter.symmetric_eigen();
+    let mut order = [0, 1, 2];
+    order.sort_by(|&a: &usize, &b: &usize| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
+    let axis = |at: usize| {
+        let axis = eigen.eigenvectors.column(order[at]).into_owned();
+        // Of an axis and its opposite, the one whose largest part is positive.
+        axis * axis[axis.iamax()].signum()
+    };
+    let axes = [axis(0), axis(1)];
+    places.iter().map(|place| axes.map(|axis| axis.dot(&(place - mean)))).collect()
 }
 
 /// What a record tells that an experiment has in another form.

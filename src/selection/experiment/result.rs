@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::sample::Sample;
-use crate::stability::InputFile;
+use crate::stability::{InputFile, Statistics};
 
 /// What an experiment found: which heuristic chooses the images that calibrate best.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
@@ -69,8 +69,8 @@ pub struct ModelRecord {
     pub images: Vec<String>,
     /// The camera of each image.
     pub image_cameras: Vec<u32>,
-    /// From where each image was taken, in the model's coordinates after centring and scaling.
-    pub centres: Vec<[f64; 3]>,
+    /// From where each image was taken, along the two directions in which these places differ most, in a unit of their own.
+    pub map: Vec<[f64; 2]>,
     /// The wanted cameras.
     pub cameras: Vec<CameraRecord>,
     /// Standard deviation of a pixel's coordinate, by the full reconstruction.
@@ -100,6 +100,8 @@ pub struct CameraRecord {
     pub refined: Vec<f64>,
     /// The places of the parameters that moved.
     pub free: Vec<usize>,
+    /// Columns and rows of the parts of its image that coverage counts.
+    pub parts: [usize; 2],
 }
 
 /// The heuristics in order.
@@ -187,8 +189,10 @@ pub struct Cell {
     pub held_out_px: Option<f64>,
     /// The share of their images that two repeats have in common, mean over all pairs.
     pub overlap: Option<f64>,
-    /// The same camera by camera, where there are several.
+    /// The same camera by camera.
     pub cameras: Vec<CameraCell>,
+    /// How often each image was chosen, by its place among the model's.
+    pub chosen: Vec<usize>,
     /// Why repeats gave none: reasons and how often.
     pub reasons: Vec<(String, usize)>,
 }
@@ -204,6 +208,11 @@ pub struct CameraCell {
     pub raw: ErrorParts,
     /// With a truth: the bias from the full reconstruction.
     pub bias_from_full_px: Option<f64>,
+    /// The parameters that moved, over the repeats.
+    pub parameters: Vec<(String, Statistics)>,
+    /// In each part of the image, row by row from the top left: how many of the images chosen see something there, mean over the
+    /// repeats.
+    pub coverage: Vec<f64>,
 }
 
 /// An error over the image and its parts, in px.

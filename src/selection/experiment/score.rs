@@ -2,10 +2,13 @@
 
 use std::collections::BTreeMap;
 
+use super::super::candidates::CELLS_PER_PART;
 use super::ground::Ground;
 use super::result::{CameraCell, Cell, ErrorParts, ScoredSample};
 use super::sample::Sample;
+use crate::camera::Grid;
 use crate::scene::{Camera, CameraId};
+use crate::stability::Statistics;
 use crate::stability::spread::{
     Calibration, Difference, DifferenceMeasure, SpreadError, difference,
 };
@@ -50,7 +53,6 @@ pub(super) fn scored(
 
 /// How far a camera is off.
 struct Off {
-    camera: CameraId,
     difference: Difference,
     /// From the full reconstruction, where that is not what it is compared with.
     from_full: Option<Difference>,
@@ -80,10 +82,35 @@ impl Ground {
                 ));
             }
             let from_full = self.has_truth.then(|| difference(&full, &own)).transpose()?;
-            Ok(Off { camera: id, difference: found, from_full })
+            Ok(Off { difference: found, from_full })
         };
         let cameras = sample.cameras.iter();
         cameras.map(|it| off((CameraId(it.camera_id), &it.params))).collect()
+    }
+
+    /// The free parameters of a camera over the repeats.
+    fn parameters(&self, id: CameraId, scored: &[ScoredSample]) -> Vec<(String, Statistics)> {
+        let own = |scored: &ScoredSample, place: usize| {
+            let camera = scored.sample.cameras.iter().find(|it| it.camera_id == id.0)?;
+            camera.params.get(place).copied()
+        };
+        let free = self.candidates.params().iter().filter(|param| param.camera == id);
+        free.filter_map(|param| {
+            let values = scored.iter().filter_map(|it| own(it, param.place)).collect();
+            Some((param.name.to_owned(), Statistics::of(&Sorted::new(values)?)?))
+        })
+        .collect()
+    }
+
+    /// How many of the images chosen see something in each part of a camera's image, mean over the repeats.
+    fn coverage(&self, id: CameraId, scored: &[ScoredSample]) -> Vec<f64> {
+        let [columns, rows] = parts_of(&self.refined[&id]);
+        let mut counts = vec![0.0; columns * rows];
+        let images = scored.iter().flat_map(|it| &it.sample.images);
+        for &image in images.filter(|image| self.candidates.camera(**image) == id) {
+            self.candidates.cells_of[image].iter().for_each(|&part| counts[part] += 1.0);
+        }
+        counts.into_iter().map(|count| count / scored.len() as f64).collect()
     }
 
     fn calibration<'a>(&self, id: CameraId, camera: &'a Camera) -> Calibration<'a> {
@@ -106,16 +133,22 @@ fn cell(
         let from_full: Option<Vec<_>> =
             own.iter().map(|off| off.from_full.as_ref().map(|it| (it, &it.rotated))).collect();
         Some(CameraCell {
-            camera_id: own.first().map(|off| off.camera).unwrap_or(*id).0,
+            camera_id: id.0,
             error: parts(|it| &it.rotated)?,
             raw: parts(|it| &it.raw)?,
             bias_from_full_px: from_full.and_then(|all| Some(self::parts(&all)?.bias_px)),
+            parameters: ground.parameters(*id, scored),
+            coverage: ground.coverage(*id, scored),
         })
     };
     let cameras: Vec<CameraCell> = ground.wanted.iter().enumerate().filter_map(of_camera).collect();
     let squares: Vec<f64> = scored.iter().filter_map(|it| Some(it.error_px?.powi(2))).collect();
     let held_out = scored.iter().filter_map(|it| it.sample.held_out_px).collect();
     let first = &scored[0].sample;
+    let times_chosen = |image: usize| {
+        let has = |it: &&ScoredSample| it.sample.images.binary_search(&image).is_ok();
+        scored.iter().filter(has).count()
+    };
     let mut reasons: BTreeMap<&str, usize> = BTreeMap::new();
     for reason in scored.iter().filter_map(|it| it.sample.failure.as_deref()) {
         *reasons.entry(reason).or_default() += 1;
@@ -131,9 +164,16 @@ fn cell(
         raw: joined(cameras.iter().map(|it| it.raw)),
         held_out_px: Sorted::new(held_out).map(|sorted| sorted.median()),
         overlap: overlap(scored),
-        cameras: if cameras.len() > 1 || ground.has_truth { cameras } else { Vec::new() },
+        cameras,
+        chosen: (0..ground.candidates.image_count()).map(times_chosen).collect(),
         reasons: reasons.into_iter().map(|(reason, count)| (reason.to_owned(), count)).collect(),
     }
+}
+
+/// Columns and rows of the parts of a camera's image.
+pub(super) fn parts_of(camera: &Camera) -> [usize; 2] {
+    let grid = Grid::new(camera.width, camera.height);
+    [grid.columns(), grid.rows()].map(|count| count.div_ceil(CELLS_PER_PART))
 }
 
 /// Bias and spread of fields over the cells that all of them have.

@@ -76,7 +76,7 @@ fn errors_are_as_large_as_the_covariance_of_the_images_says() {
     let ratio = error.spread_px.unwrap() / expected_px;
     assert!((0.65..1.35).contains(&ratio), "{ratio}");
     assert!(error.bias_px < 0.5 * error.rms_px, "{error:?}");
-    // Of noise of 0.5 px on x and y the median distance is 0.589 px; there are no images left to hold out.
+    // There are no images left to hold out.
     assert_eq!(cell.held_out_px, None);
 }
 
