@@ -141,6 +141,16 @@ fn the_record_tells_what_was_asked_and_found() {
     for key in found.as_object().unwrap().keys() {
         assert!(schema["properties"][key].is_object(), "{key}");
     }
+    for stem in [
+        "heuristics-learning",
+        "size-4-centres",
+        "size-6-camera-1-boxes",
+        "size-6-camera-1-coverage",
+    ] {
+        for ending in ["svg", "png"] {
+            assert!(folder.path().join(format!("plots/{stem}.{ending}")).is_file(), "{stem}");
+        }
+    }
     let cells = text(&fs::read(folder.path().join("cells.csv")).unwrap());
     assert!(cells.lines().count() > 12, "{cells}");
     let report = text(&fs::read(folder.path().join("report.md")).unwrap());

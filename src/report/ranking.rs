@@ -337,7 +337,7 @@ fn failures(cells: &[&Cell]) -> String {
     for cell in cells {
         for (reason, count) in &cell.reasons {
             let (name, size) = (&cell.heuristic, cell.size);
-            let _ = write!(out, "\n- {name}, {size}: {count} times {}", escaped(reason));
+            let _ = write!(out, "\n- {name}, {size}, {count} of its repeats: {}", escaped(reason));
         }
     }
     if out.is_empty() { out } else { out + "\n" }

@@ -4,11 +4,12 @@ use std::collections::BTreeMap;
 
 use super::super::RANDOM;
 use super::result::{Agreement, Cell, RankRow, Ranking, Ratio, ScoredSample, Target};
-use crate::stats::{Contrast, Pair, concordance, holm};
+use crate::stats::{Contrast, Pair, concordance};
 
-/// Errors less often than this are what a ranking promises.
+/// How often a ranking may say that one is better than another that is not.
 const LEVEL: f64 = 0.05;
-/// A heuristic that gives no calibration more often than this is not compared by those that it gives.
+/// A heuristic that gives no calibration in more than this share of the repeats, and more than once, is not compared by those that it
+/// gives.
 const MOST_FAILURES: f64 = 0.1;
 
 /// The squared errors of each heuristic at each size of each model.
@@ -81,10 +82,10 @@ impl Errors {
             heuristic: name.to_owned(),
             rank: rank(at),
             rms_px: log_rms.exp(),
-            to_first: names.first().filter(|_| at > 0).and_then(|first| {
-                let compared = (names.len() - 1) as f64;
-                self.ratio([name, first], &strata, LEVEL / compared)
-            }),
+            to_first: names
+                .first()
+                .filter(|_| at > 0)
+                .and_then(|first| self.ratio([name, first], &strata, level_of_pair(names.len()))),
             to_random: (name != RANDOM.name && names.contains(&RANDOM.name))
                 .then(|| self.ratio([name, RANDOM.name], &strata, LEVEL))
                 .flatten(),
@@ -115,8 +116,8 @@ impl Errors {
             let own = self.own(heuristic, stratum)?;
             let (count, all) = (own.len() as f64, self.repeats as f64);
             let mean = own.values().sum::<f64>() / count;
-            (count > 1.0 && count >= (1.0 - MOST_FAILURES) * all && mean > 0.0)
-                .then(|| 0.5 * mean.ln())
+            let is_often = all - count <= (MOST_FAILURES * all).max(1.0);
+            (count > 1.0 && is_often && mean > 0.0).then(|| 0.5 * mean.ln())
         };
         let logs: Option<f64> = strata.iter().map(of_stratum).sum();
         Some(logs? / strata.len() as f64).filter(|mean| mean.is_finite())
@@ -124,22 +125,16 @@ impl Errors {
 
     /// Of each heuristic, whether it is shown to be better than each other one.
     fn better(&self, names: &[&str], strata: &[(usize, usize)]) -> Vec<Vec<bool>> {
-        let mut pairs = Vec::new();
-        for one in 0..names.len() {
-            for other in 0..one {
-                let contrast = self.contrast([names[one], names[other]], strata);
-                let p = contrast.filter(|_| self.can_tell(strata)).and_then(|it| it.p());
-                let log_ratio = contrast.map_or(0.0, |it| it.log_ratio);
-                pairs.push((one, other, log_ratio, p.unwrap_or(1.0)));
-            }
-        }
-        let corrected = holm(&pairs.iter().map(|pair| pair.3).collect::<Vec<_>>());
-        let mut better = vec![vec![false; names.len()]; names.len()];
-        for ((one, other, log_ratio, _), p) in pairs.into_iter().zip(corrected) {
-            better[one][other] = p < LEVEL && log_ratio < 0.0;
-            better[other][one] = p < LEVEL && log_ratio > 0.0;
-        }
-        better
+        let is_better = |one: usize, other: usize| {
+            let contrast = self.contrast([names[one], names[other]], strata);
+            let contrast = contrast.filter(|it| self.can_tell(strata) && it.log_ratio < 0.0);
+            let p = contrast.and_then(|contrast| contrast.p());
+            p.is_some_and(|p| p < level_of_pair(names.len()))
+        };
+        let all = || 0..names.len();
+        all()
+            .map(|one| all().map(|other| one != other && is_better(one, other)).collect())
+            .collect()
     }
 
     /// Whether there are independent replicates: repeats with noise of their own, or else three models or more.
@@ -204,6 +199,13 @@ impl Errors {
         let concordance = concordance(&scores.collect::<Vec<_>>());
         (!of_models.is_empty()).then_some(Agreement { concordance, best })
     }
+}
+
+/// The level of each of all pairs of so many, so that all together keep to theirs (Bonferroni): the intervals that are told then
+/// agree with the ranks.
+fn level_of_pair(count: usize) -> f64 {
+    let pairs = count * count.saturating_sub(1) / 2;
+    LEVEL / pairs.max(1) as f64
 }
 
 fn blocks(strata: &[(usize, usize)]) -> Vec<usize> {

@@ -117,7 +117,7 @@ pub struct Ranking {
     pub first: Vec<String>,
     /// All that gave calibrations often enough, the least error first.
     pub rows: Vec<RankRow>,
-    /// Those that are not ranked: they gave none in more than a tenth of the repeats.
+    /// Those that are not ranked: somewhere they gave none in more than a tenth of the repeats, and more than once.
     pub unranked: Vec<String>,
 }
 
@@ -126,13 +126,14 @@ pub struct Ranking {
 pub struct RankRow {
     /// Its name.
     pub heuristic: String,
-    /// One more than the number of those that are shown to be better (p < 0.05 after Holm's correction for all pairs).
+    /// One more than the number of those that are shown to be better: the interval of the ratio excludes 1, of all pairs together
+    /// with 95 % (Bonferroni).
     pub rank: usize,
     /// RMS error in px, geometric mean over models and sizes.
     pub rms_px: f64,
-    /// Its error over that of the first; the intervals of all of them hold together with 95 %.
+    /// Its error over that of the first; the intervals of all pairs hold together with 95 %.
     pub to_first: Option<Ratio>,
-    /// Its error over that of images chosen by chance.
+    /// Its error over that of images chosen by chance; each interval by itself.
     pub to_random: Option<Ratio>,
 }
 

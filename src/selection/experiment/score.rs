@@ -26,9 +26,14 @@ pub(super) fn scored(
 ) -> (Vec<ScoredSample>, Cell) {
     let mut scored = Vec::with_capacity(samples.len());
     let mut found: Vec<Vec<Off>> = Vec::new();
+    let all_cells = ground.all_cells();
     for sample in samples {
         let mut sample = sample.clone();
-        let off = if sample.failure.is_none() { ground.off(&sample) } else { Err(String::new()) };
+        let off = if sample.failure.is_none() {
+            ground.off(&sample, &all_cells)
+        } else {
+            Err(String::new())
+        };
         let squares = |of: &dyn Fn(&Difference) -> f64, off: &[Off]| {
             let sum: f64 = off.iter().map(|off| of(&off.difference).powi(2)).sum();
             (sum / off.len() as f64).sqrt()
@@ -60,8 +65,8 @@ struct Off {
 
 impl Ground {
     /// How far each camera of a sample is off, or why that cannot be told.
-    fn off(&self, sample: &Sample) -> Result<Vec<Off>, String> {
-        let off = |(id, params): (CameraId, &[f64])| {
+    fn off(&self, sample: &Sample, all_cells: &[Option<usize>]) -> Result<Vec<Off>, String> {
+        let off = |(id, params, all): (CameraId, &[f64], Option<usize>)| {
             let full = self.refined[&id];
             let intrinsics = full.intrinsics.model().with_params(params);
             let intrinsics = intrinsics.map_err(|error| error.to_string())?;
@@ -73,8 +78,8 @@ impl Ground {
             };
             let reference = &self.references[&id];
             let found = difference(reference, &own)?;
-            let all = difference(reference, reference)?.cells.len() as f64;
-            let missing = 1.0 - found.cells.len() as f64 / all;
+            let all = all.ok_or("what it is compared with has no ray")?;
+            let missing = 1.0 - found.cells.len() as f64 / all as f64;
             if missing > MOST_WITHOUT_RAY {
                 let percent = 100.0 * missing;
                 return Err(format!(
@@ -85,7 +90,17 @@ impl Ground {
             Ok(Off { difference: found, from_full })
         };
         let cameras = sample.cameras.iter();
-        cameras.map(|it| off((CameraId(it.camera_id), &it.params))).collect()
+        let cameras = cameras.zip(all_cells);
+        cameras.map(|(it, all)| off((CameraId(it.camera_id), &it.params, *all))).collect()
+    }
+
+    /// In how many cells each wanted camera can be compared at most.
+    fn all_cells(&self) -> Vec<Option<usize>> {
+        let count = |(id, reference): (&CameraId, &Camera)| {
+            let own = self.calibration(*id, reference);
+            difference(&own, &own, None).ok().map(|it| it.cells.len())
+        };
+        self.references.iter().map(count).collect()
     }
 
     /// The free parameters of a camera over the repeats.
