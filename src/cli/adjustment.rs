@@ -127,13 +127,9 @@ impl Adjustment {
         let name = |value: &dyn Fn() -> Option<PossibleValue>| {
             value().map_or_else(String::new, |value| value.get_name().to_owned())
         };
-        let refine = match self.moving.refine.as_slice() {
-            [] => vec!["focal".to_owned(), "extra".to_owned()],
-            wishes => wishes.iter().map(Wish::to_string).collect(),
-        };
         RefinementOptions {
             mode: name(&|| self.mode.to_possible_value()),
-            refine,
+            refine: self.moving.record(),
             priors: self.prior.iter().map(Prior::to_string).collect(),
             bounds: self.bound.iter().map(Bound::to_string).collect(),
             loss: match self.loss {
@@ -148,6 +144,14 @@ impl Adjustment {
 }
 
 impl Moving {
+    /// The same for the record.
+    pub(super) fn record(&self) -> Vec<String> {
+        match self.refine.as_slice() {
+            [] => vec!["focal".to_owned(), "extra".to_owned()],
+            wishes => wishes.iter().map(Wish::to_string).collect(),
+        }
+    }
+
     /// The same for the library.
     pub(super) fn chosen(&self) -> Chosen {
         let mut chosen = Chosen::default();

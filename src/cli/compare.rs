@@ -7,11 +7,11 @@ use clap::{Args, ValueEnum};
 
 use super::analyze::Match;
 use super::failure::Failure;
-use super::inputs::{Inputs, read_one};
+use super::inputs::{Inputs, named_in_full, read_one};
 use super::output::{OutputFile, plot_files, write_files};
 use crate::report::{self, plot};
 use crate::stability::spread::Region;
-use crate::stability::{self, Comparison, Run};
+use crate::stability::{self, Comparison};
 
 /// Compare calibrations of the same cameras, or set them against a known one
 ///
@@ -100,10 +100,4 @@ fn comparison_files(
         files.extend(plot_files(&figures, wants(Format::Svg), wants(Format::Png))?);
     }
     Ok(files)
-}
-
-/// What `analyze` takes for groups is here part of a calibration's name.
-fn named_in_full(run: Run) -> Run {
-    let name = if run.group.is_empty() { run.name } else { format!("{}/{}", run.group, run.name) };
-    Run { group: String::new(), name, ..run }
 }

@@ -2,7 +2,7 @@
 
 use std::io::Write;
 
-use clap::{Args, CommandFactory};
+use clap::{Args, CommandFactory, ValueEnum};
 
 use super::Cli;
 use super::failure::Failure;
@@ -38,18 +38,36 @@ Examples:
       adjust poses, points and all intrinsics together; outliers count less
   calibstab select run/sparse/0 --size 20 --out images.txt
       the 20 images that tell most of the intrinsics, each with the reason; COLMAP reads the list
+  calibstab rank run/sparse/0 --sizes 8,12,20 --repeats 30 --out ranking
+      which rule chooses images that calibrate best, and is it certain?
   calibstab resample run/sparse/0 --by image:0.5 --out samples && calibstab analyze samples
       from one reconstruction: how far do calibrations from half of its images disagree?
 
 Exit codes: 0 fine; 1 a limit of `check` was exceeded; 2 bad usage or input; 3 too little data to tell. Results go to stdout, all else to stderr.";
 
-/// Print the JSON schema of analysis.json
+/// Print the JSON schema of analysis.json, or of selection.json
 #[derive(Args)]
-pub(super) struct Schema {}
+pub(super) struct Schema {
+    /// Of which file
+    #[arg(value_enum, default_value = "analysis")]
+    of: Document,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Document {
+    /// What `analyze` writes
+    Analysis,
+    /// What `rank` writes
+    Selection,
+}
 
 impl Schema {
     pub(super) fn run(&self, out: &mut impl Write) -> Result<(), Failure> {
-        let schema = report::schema_json().map_err(|error| Failure::Input(error.to_string()))?;
+        let schema = match self.of {
+            Document::Analysis => report::schema_json(),
+            Document::Selection => report::selection_schema_json(),
+        };
+        let schema = schema.map_err(|error| Failure::Input(error.to_string()))?;
         Ok(out.write_all(schema.as_bytes())?)
     }
 }

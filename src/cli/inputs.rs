@@ -70,7 +70,7 @@ impl Inputs {
             None => self.models_at_paths(&mut bad)?,
         };
         unique_places(&located)?;
-        let progress = progress_bar("reading", located.len(), quiet);
+        let progress = progress_bar("reading runs", located.len(), quiet);
         let read: Vec<Result<Run, Skipped>> = located
             .into_par_iter()
             .map(|located| {
@@ -190,6 +190,19 @@ fn unique_places(located: &[Located]) -> Result<(), Failure> {
     }
 }
 
+/// Reads every model at these paths, named by group and run.
+pub(super) fn read_all(paths: Vec<PathBuf>, quiet: bool) -> Result<Vec<Run>, Failure> {
+    let inputs = Inputs { paths, group_by: None, manifest: None, skip_bad: false };
+    let (runs, _) = inputs.read(quiet)?;
+    Ok(runs.into_iter().map(named_in_full).collect())
+}
+
+/// What `analyze` takes for groups is here part of a calibration's name.
+pub(super) fn named_in_full(run: Run) -> Run {
+    let name = if run.group.is_empty() { run.name } else { format!("{}/{}", run.group, run.name) };
+    Run { group: String::new(), name, ..run }
+}
+
 /// Reads the one model at a path, as a run of this name.
 pub(super) fn read_one(path: &Path, name: &str) -> Result<Run, Failure> {
     let failed = |reason: String| Failure::Input(reason);
@@ -217,7 +230,7 @@ impl Located {
     }
 }
 
-fn input_file(file: &Path) -> Result<InputFile, String> {
+pub(super) fn input_file(file: &Path) -> Result<InputFile, String> {
     let path = with_slashes(file);
     let content = fs::read(file).map_err(|error| format!("{path}: cannot be read: {error}"))?;
     Ok(InputFile { path, sha256: hexadecimal(&Sha256::digest(content)) })
@@ -242,7 +255,7 @@ fn unreadable(bad: &[Skipped], readable: usize) -> Failure {
 pub(super) fn progress_bar(doing: &str, count: usize, quiet: bool) -> ProgressBar {
     let target = if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
     let bar = ProgressBar::with_draw_target(Some(count as u64), target);
-    let template = format!("{doing} runs {{bar:40}} {{pos}}/{{len}} {{eta}}");
+    let template = format!("{doing} {{bar:40}} {{pos}}/{{len}} {{eta}}");
     match ProgressStyle::with_template(&template) {
         Ok(style) => bar.with_style(style),
         Err(_) => bar,

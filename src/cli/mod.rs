@@ -16,6 +16,8 @@ mod limits;
 mod model;
 mod models;
 mod output;
+mod pools;
+mod rank;
 mod refine;
 mod refine_runs;
 mod refined;
@@ -61,6 +63,7 @@ enum Command {
     Synth(synth::Synth),
     Refine(refine::Refine),
     Select(select::Select),
+    Rank(rank::Rank),
     Resample(resample::Resample),
     Explain(explain::Explain),
     Schema(help::Schema),
@@ -100,6 +103,7 @@ impl Cli {
             Command::Synth(command) => command.run(self.quiet),
             Command::Refine(command) => command.run(out, self.quiet),
             Command::Select(command) => command.run(out, self.quiet),
+            Command::Rank(command) => command.run(out, self.quiet),
             Command::Resample(command) => command.run(self.quiet),
             Command::Explain(command) => command.run(out),
             Command::Schema(command) => command.run(out),

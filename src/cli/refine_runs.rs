@@ -2,15 +2,13 @@
 
 use std::cmp::Reverse;
 use std::collections::BTreeSet;
-use std::panic::resume_unwind;
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::thread;
 
 use indicatif::ProgressBar;
-use rayon::{ThreadPool, ThreadPoolBuilder};
+use rayon::ThreadPool;
 
 use super::failure::Failure;
 use super::inputs::progress_bar;
+use super::pools::{on_pools, pools};
 use crate::bundle::{self, BundleError, Options, Outcome, Refine, Which};
 use crate::scene::Scene;
 use crate::stability::spread::Region;
@@ -37,7 +35,7 @@ pub(super) fn refine(
     check_names(wanted.iter().map(|&index| &runs[index].scene), &options.refine)?;
     // The longest first, so that none is left over for one thread at the end.
     wanted.sort_by_key(|&index| Reverse(observation_count(&runs[index].scene)));
-    let progress = progress_bar("refining", wanted.len(), quiet);
+    let progress = progress_bar("refining runs", wanted.len(), quiet);
     let threads = rayon::current_num_threads();
     let side_by_side = threads.min(wanted.len());
     let share = options.memory.map(|bytes| bytes / side_by_side);
@@ -66,18 +64,7 @@ fn observation_count(scene: &Scene) -> usize {
     scene.geometry.as_ref().map_or(0, |geometry| geometry.points.observation_count())
 }
 
-/// So many pools that share the threads; with more runs than threads each has one.
-fn pools(count: usize, threads: usize) -> Result<Vec<ThreadPool>, Failure> {
-    let pool = |number: usize| {
-        let share = threads / count + usize::from(number < threads % count);
-        let pool = ThreadPoolBuilder::new().num_threads(share).build();
-        pool.map_err(|error| Failure::Input(error.to_string()))
-    };
-    (0..count).map(pool).collect()
-}
-
-/// Adjusts the runs of these indices, one at a time in each pool. A pool of its own keeps a run from starting another one while
-/// it waits for its threads.
+/// Adjusts the runs of these indices, one at a time in each pool.
 fn on_threads(
     runs: &[Run],
     indices: &[usize],
@@ -85,29 +72,17 @@ fn on_threads(
     pools: Vec<ThreadPool>,
     progress: &ProgressBar,
 ) -> Vec<Refined> {
-    let next = AtomicUsize::new(0);
-    let work = |pool: ThreadPool| {
-        let mut done: Vec<Refined> = Vec::new();
-        while let Some(&index) = indices.get(next.fetch_add(1, Ordering::Relaxed)) {
-            let scene = &runs[index].scene;
-            let own = Options { refine: of_scene(&options.refine, scene), ..options.clone() };
-            let adjust = || {
-                let (adjusted, optimum) =
-                    bundle::adjust_to_optimum(scene.clone(), &own, &mut |_| ())?;
-                let inside = Inside::of(&adjusted.outcome, &optimum, region);
-                Ok((adjusted.outcome, inside))
-            };
-            done.push((index, pool.install(adjust)));
-            progress.inc(1);
-        }
-        done
-    };
-    let work = &work;
-    thread::scope(|scope| {
-        let workers: Vec<_> =
-            pools.into_iter().map(|pool| scope.spawn(move || work(pool))).collect();
-        let finished = workers.into_iter().map(|worker| worker.join());
-        finished.flat_map(|done| done.unwrap_or_else(|panic| resume_unwind(panic))).collect()
+    on_pools(pools, indices, |&index| {
+        let scene = &runs[index].scene;
+        let own = Options { refine: of_scene(&options.refine, scene), ..options.clone() };
+        let adjust = || {
+            let (adjusted, optimum) = bundle::adjust_to_optimum(scene.clone(), &own, &mut |_| ())?;
+            let inside = Inside::of(&adjusted.outcome, &optimum, region);
+            Ok((adjusted.outcome, inside))
+        };
+        let adjusted = adjust();
+        progress.inc(1);
+        (index, adjusted)
     })
 }
 
@@ -167,6 +142,8 @@ fn check_names<'a>(
 #[cfg(test)]
 mod tests {
     use std::path::Path;
+
+    use rayon::ThreadPoolBuilder;
 
     use super::super::inputs::read_one;
     use super::*;

@@ -32,13 +32,8 @@ pub(super) struct Select {
     #[arg(long, value_name = "NAME", default_value = RECOMMENDED, value_parser = heuristics())]
     heuristic: &'static Heuristic,
 
-    /// What is chosen and counted
-    #[arg(long, value_enum, default_value = "image")]
-    unit: Unit,
-
-    /// The camera whose intrinsics are wanted, by its CAMERA_ID [default: all cameras]
-    #[arg(long, value_name = "ID")]
-    camera: Option<u32>,
+    #[command(flatten)]
+    aim: Aim,
 
     /// Another seed gives another start or draw, where the rule has one
     #[arg(long, value_name = "N", default_value_t = 0)]
@@ -56,6 +51,31 @@ pub(super) struct Select {
     write_model: Option<PathBuf>,
 }
 
+/// What is chosen, and for which camera.
+#[derive(Args)]
+pub(super) struct Aim {
+    /// What is chosen and counted
+    #[arg(long, value_enum, default_value = "image")]
+    unit: Unit,
+
+    /// The camera whose intrinsics are wanted, by its CAMERA_ID [default: all cameras]
+    #[arg(long, value_name = "ID")]
+    camera: Option<u32>,
+}
+
+impl Aim {
+    pub(super) fn unit(&self) -> selection::Unit {
+        match self.unit {
+            Unit::Image => selection::Unit::Image,
+            Unit::Frame => selection::Unit::Frame,
+        }
+    }
+
+    pub(super) fn camera(&self) -> Option<CameraId> {
+        self.camera.map(CameraId)
+    }
+}
+
 #[derive(Clone, Copy, ValueEnum)]
 enum Unit {
     /// Images
@@ -64,7 +84,7 @@ enum Unit {
     Frame,
 }
 
-fn heuristics() -> impl TypedValueParser<Value = &'static Heuristic> {
+pub(super) fn heuristics() -> impl TypedValueParser<Value = &'static Heuristic> {
     let value = |it: &Heuristic| PossibleValue::new(it.name).help(it.summary);
     PossibleValuesParser::new(HEURISTICS.iter().map(value))
         .try_map(|name| Heuristic::named(&name).ok_or(format!("no rule is called {name}")))
@@ -87,11 +107,8 @@ impl Select {
             pool: &pool,
             size: self.size,
             seed: self.seed,
-            unit: match self.unit {
-                Unit::Image => selection::Unit::Image,
-                Unit::Frame => selection::Unit::Frame,
-            },
-            camera: self.camera.map(CameraId),
+            unit: self.aim.unit(),
+            camera: self.aim.camera(),
         };
         let choices =
             self.heuristic.choose(&candidates, &request).map_err(|error| failed(&error))?;

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use crate::selection::experiment::Selection;
 use crate::stability::{Analysis, Comparison};
 
 /// `analysis.json`.
@@ -14,9 +15,19 @@ pub fn comparison_json(comparison: &Comparison) -> serde_json::Result<String> {
     pretty(comparison)
 }
 
+/// `selection.json`.
+pub fn selection_json(selection: &Selection) -> serde_json::Result<String> {
+    pretty(selection)
+}
+
 /// The JSON schema of `analysis.json`.
 pub fn schema_json() -> serde_json::Result<String> {
     Ok(serde_json::to_string_pretty(&schemars::schema_for!(Analysis))? + "\n")
+}
+
+/// The JSON schema of `selection.json`.
+pub fn selection_schema_json() -> serde_json::Result<String> {
+    Ok(serde_json::to_string_pretty(&schemars::schema_for!(Selection))? + "\n")
 }
 
 /// Indented, but with every list of numbers or pairs on one line: a map has thousands.

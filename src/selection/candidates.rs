@@ -21,7 +21,7 @@ pub const SIGMA_PX: f64 = 1.0;
 pub struct Candidates {
     pub(super) rows: Sensitivities,
     names: Vec<String>,
-    /// The place of each image in the order of names, where 2 comes before 10.
+    /// The place of each image in the sequence.
     ranks: Vec<usize>,
     /// The frame of each image; images without one are frames of their own.
     frames: Vec<usize>,
@@ -57,7 +57,7 @@ impl Candidates {
             mapping::mapping(&scene.cameras[id], &free)
         };
         Ok(Self {
-            ranks: ranks(&names),
+            ranks: ranks(&names, &rows.camera_of),
             frames: frames(scene.geometry.as_ref(), &rows.images),
             points_of: points_of(&rows),
             cells_of: cells_of(&rows, &grids.collect::<Vec<_>>()),
@@ -68,6 +68,12 @@ impl Candidates {
             rows,
             sigma_px,
         })
+    }
+
+    /// The same with the frames of this geometry, of the same images: an adjustment may have dissolved them.
+    pub(super) fn with_frames_of(mut self, geometry: &Geometry) -> Self {
+        self.frames = frames(Some(geometry), &self.rows.images);
+        self
     }
 
     /// How many images there are.
@@ -100,7 +106,8 @@ impl Candidates {
         &self.rows.params
     }
 
-    /// The place of an image in the sequence, that of names.
+    /// The place of an image in the sequence: that of names, where 2 comes before 10. Several cameras went through it side by
+    /// side, each from its first name to its last, so that a stretch has images of all of them.
     pub fn rank(&self, place: usize) -> usize {
         self.ranks[place]
     }
@@ -152,12 +159,26 @@ fn prior_std(scene: &Scene, param: &FreeParam) -> f64 {
     }
 }
 
-fn ranks(names: &[String]) -> Vec<usize> {
+fn ranks(names: &[String], cameras: &[usize]) -> Vec<usize> {
     let mut order: Vec<usize> = (0..names.len()).collect();
     let by_name = |&a: &usize, &b: &usize| -> Ordering {
         natord::compare(&names[a], &names[b]).then_with(|| names[a].cmp(&names[b]))
     };
     order.sort_by(by_name);
+    let mut counts: BTreeMap<usize, usize> = BTreeMap::new();
+    let mut places = vec![0; names.len()];
+    for &image in &order {
+        let count = counts.entry(cameras[image]).or_default();
+        places[image] = *count;
+        *count += 1;
+    }
+    // How far each is through its camera's images, in products so that equal shares are equal.
+    let through = |&a: &usize, &b: &usize| {
+        let count = |image: usize| counts[&cameras[image]];
+        ((2 * places[a] + 1) * count(b)).cmp(&((2 * places[b] + 1) * count(a)))
+    };
+    // Stable: of those as far through, the first name.
+    order.sort_by(through);
     let mut ranks = vec![0; names.len()];
     order.iter().enumerate().for_each(|(rank, &place)| ranks[place] = rank);
     ranks
@@ -190,16 +211,18 @@ fn points_of(rows: &Sensitivities) -> Vec<Vec<usize>> {
     points
 }
 
-/// Of a grid of 12 columns; finer cells would count points rather than parts of the image.
+/// A part of the image plane is so many cells wide and high; single cells would count points.
+pub(super) const CELLS_PER_PART: usize = 5;
+
+/// The parts of the image plane in which each image sees something.
 fn cells_of(rows: &Sensitivities, grids: &[Grid]) -> Vec<Vec<usize>> {
-    const COARSER: usize = 5;
     let mut cells = vec![Vec::new(); rows.images.len()];
     for seen in rows.observations() {
         let grid = &grids[seen.image];
         if let Some(cell) = grid.cell_at(seen.xy) {
             let (row, column) = (cell / grid.columns(), cell % grid.columns());
-            let columns = grid.columns().div_ceil(COARSER);
-            cells[seen.image].push(row / COARSER * columns + column / COARSER);
+            let columns = grid.columns().div_ceil(CELLS_PER_PART);
+            cells[seen.image].push(row / CELLS_PER_PART * columns + column / CELLS_PER_PART);
         }
     }
     for cells in &mut cells {
@@ -207,4 +230,17 @@ fn cells_of(rows: &Sensitivities, grids: &[Grid]) -> Vec<Vec<usize>> {
         cells.dedup();
     }
     cells
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn several_cameras_go_through_the_sequence_side_by_side() {
+        let names = ["b/2", "b/10", "a/1", "a/2", "a/3", "a/10"].map(str::to_owned);
+        // Of camera b the first is as far as between the first two of camera a.
+        assert_eq!(ranks(&names, &[1, 1, 0, 0, 0, 0]), [1, 4, 0, 2, 3, 5]);
+        assert_eq!(ranks(&names, &[0; 6]), [4, 5, 0, 1, 2, 3]);
+    }
 }

@@ -117,6 +117,12 @@ impl Candidates {
     }
 }
 
+/// Adds so many times the values to the sums before which they stand.
+#[inline(always)]
+fn add_times(sums: &mut [f64], values: &[f64], times: f64) {
+    sums.iter_mut().zip(values).for_each(|(sum, value)| *sum += value * times);
+}
+
 /// What each image tells of its own camera when points are held and its pose is free: J_t^T (I - P_pose) J_t / sigma^2.
 pub(super) fn own(rows: &Sensitivities, sigma_px: f64) -> Vec<DMatrix<f64>> {
     let count = |image: usize| rows.share(rows.camera_of[image]).len();
@@ -131,17 +137,21 @@ pub(super) fn own(rows: &Sensitivities, sigma_px: f64) -> Vec<DMatrix<f64>> {
             let (poses, borders, squares) = &mut sums[seen.image];
             for (pose, params) in seen.wrt_pose(place).iter().zip(rows.wrt_params(seen)) {
                 for (column, &right) in pose.iter().enumerate() {
-                    (0..6).for_each(|row| poses[(row, column)] += pose[row] * right);
+                    add_times(&mut poses.as_mut_slice()[6 * column..], &pose[..=column], right);
                 }
+                let count = params.len();
                 for (column, &right) in params.iter().enumerate() {
-                    (0..6).for_each(|row| borders[(row, column)] += pose[row] * right);
-                    (0..params.len()).for_each(|row| squares[(row, column)] += params[row] * right);
+                    add_times(&mut borders.as_mut_slice()[6 * column..], pose, right);
+                    let square = &mut squares.as_mut_slice()[count * column..];
+                    add_times(square, &params[..=column], right);
                 }
             }
         }
     }
-    let reduce = |(poses, border, square): (Matrix6<f64>, DMatrix<f64>, DMatrix<f64>)| {
-        let inverse = pseudo_inverse(&DMatrix::from_fn(6, 6, |row, column| poses[(row, column)]));
+    let reduce = |(poses, border, mut square): (Matrix6<f64>, DMatrix<f64>, DMatrix<f64>)| {
+        let pose = |row: usize, column: usize| poses[(row.min(column), row.max(column))];
+        let inverse = pseudo_inverse(&DMatrix::from_fn(6, 6, pose));
+        square.fill_lower_triangle_with_upper_triangle();
         (square - border.tr_mul(&(inverse * &border))) / (sigma_px * sigma_px)
     };
     sums.into_iter().map(reduce).collect()

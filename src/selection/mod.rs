@@ -5,6 +5,7 @@
 mod assembly;
 mod candidates;
 mod error;
+pub mod experiment;
 mod field;
 mod growth;
 mod heuristic;

@@ -110,7 +110,7 @@ pub fn compare(
     for (index, camera) in cameras.iter().enumerate() {
         classes.entry(matched.classes.class(index)).or_default().push(camera);
     }
-    let seen: Vec<_> = runs.par_iter().map(views).collect();
+    let seen: Vec<_> = runs.par_iter().map(|run| views(&run.scene)).collect();
     let mut compared = Vec::new();
     let mut left_out = Vec::new();
     for cameras in classes.values() {

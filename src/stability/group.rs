@@ -54,7 +54,7 @@ impl<'a> Group<'a> {
             .map(|(index, camera)| ((camera.run, camera.id.0), matched.classes.class(index)))
             .collect();
         let of_run = |run: &'a Run| {
-            views(run).into_iter().map(|(camera, view)| ((run.name.as_str(), camera), view))
+            views(&run.scene).into_iter().map(|(camera, view)| ((run.name.as_str(), camera), view))
         };
         let seen: Vec<Vec<_>> = runs.par_iter().map(|run| of_run(run).collect()).collect();
         let views = seen.into_iter().flatten().collect();

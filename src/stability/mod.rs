@@ -49,8 +49,9 @@ pub use prediction::remarks::MOST_BIRGE;
 pub use prediction::{Consistency, Direction, PredictedSpread, Prediction, Ratio, RunPrediction};
 pub use refinement::{
     Adjustment, AsLeft, ClusteredCovariance, LeftSpread, RefinedCamera, Refinement,
-    RefinementOptions, Stopped,
+    RefinementOptions, Stopped, failure_of_sample,
 };
 pub use remarks::p_in_words;
 pub use run::Run;
 pub use verdict::{Reason, Verdict, VerdictKind};
+pub use view::views;

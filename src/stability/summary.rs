@@ -66,7 +66,7 @@ fn summarised(
         .filter_map(|(v, _)| *v)
         .collect();
     let sorted = Sorted::new(estimated);
-    let statistics = sorted.as_ref().and_then(statistics);
+    let statistics = sorted.as_ref().and_then(Statistics::of);
     let box_plot = sorted.filter(|_| statistics.is_some()).map(|sorted| sorted.box_plot());
     let samples =
         places.iter().zip(values.iter().zip(states)).map(|((run, camera), (value, state))| {
@@ -109,27 +109,30 @@ fn states(values: &[Option<f64>], is_held: bool) -> Vec<SampleState> {
     values.iter().map(|value| value.map_or(SampleState::Failed, state)).collect()
 }
 
-fn statistics(sample: &Sorted) -> Option<Statistics> {
-    let (mean, std) = (sample.mean(), sample.std()?);
-    let factors = std_interval_factors(sample.n(), 0.95)?;
-    let has_one_sign = sample.min() > 0.0 || sample.max() < 0.0;
-    let is_far_from_zero = has_one_sign && mean.abs() >= FAR_FROM_ZERO * std;
-    let box_plot = sample.box_plot();
-    Some(Statistics {
-        n: sample.n(),
-        mean,
-        std,
-        std_px: None,
-        relative_std: is_far_from_zero.then(|| std / mean.abs()),
-        std_interval_95: factors.map(|factor| factor * std),
-        min: sample.min(),
-        q1: box_plot.q1,
-        median: sample.median(),
-        q3: box_plot.q3,
-        max: sample.max(),
-        mad_std: sample.mad_std(),
-        whiskers: box_plot.whiskers,
-    })
+impl Statistics {
+    /// Of a sample, its effect on the image left open; none for a single value.
+    pub fn of(sample: &Sorted) -> Option<Self> {
+        let (mean, std) = (sample.mean(), sample.std()?);
+        let factors = std_interval_factors(sample.n(), 0.95)?;
+        let has_one_sign = sample.min() > 0.0 || sample.max() < 0.0;
+        let is_far_from_zero = has_one_sign && mean.abs() >= FAR_FROM_ZERO * std;
+        let box_plot = sample.box_plot();
+        Some(Self {
+            n: sample.n(),
+            mean,
+            std,
+            std_px: None,
+            relative_std: is_far_from_zero.then(|| std / mean.abs()),
+            std_interval_95: factors.map(|factor| factor * std),
+            min: sample.min(),
+            q1: box_plot.q1,
+            median: sample.median(),
+            q3: box_plot.q3,
+            max: sample.max(),
+            mad_std: sample.mad_std(),
+            whiskers: box_plot.whiskers,
+        })
+    }
 }
 
 /// How every estimated distortion parameter went with the first estimated focal length.
@@ -193,7 +196,7 @@ mod tests {
     #[test]
     fn a_mean_near_zero_has_no_relative_std() {
         let relative = |values: [f64; 3]| {
-            statistics(&Sorted::new(values.to_vec()).unwrap()).unwrap().relative_std
+            Statistics::of(&Sorted::new(values.to_vec()).unwrap()).unwrap().relative_std
         };
         assert_eq!(relative([10.0, 11.0, 12.0]), Some(1.0 / 11.0));
         assert_eq!(relative([-12.0, -11.0, -10.0]), Some(1.0 / 11.0));

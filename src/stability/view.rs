@@ -4,15 +4,14 @@ use std::collections::{BTreeMap, HashMap};
 
 use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion};
 
-use super::Run;
 use super::spread::{View, observation_counts, observed_cells};
 use crate::camera::Grid;
-use crate::scene::{CameraId, Geometry, ImageId, Mounting, Pose, SensorId, SensorKind};
+use crate::scene::{CameraId, Geometry, ImageId, Mounting, Pose, Scene, SensorId, SensorKind};
 use crate::stats::Sorted;
 
-/// What each camera of a run observed; nothing when the run is a lone list of cameras.
-pub(super) fn views(run: &Run) -> BTreeMap<CameraId, View> {
-    let Some(geometry) = &run.scene.geometry else { return BTreeMap::new() };
+/// What each camera of a scene observed; nothing when it is a lone list of cameras.
+pub fn views(scene: &Scene) -> BTreeMap<CameraId, View> {
+    let Some(geometry) = &scene.geometry else { return BTreeMap::new() };
     let places: HashMap<_, _> = geometry.points.iter().map(|point| (point.id, point.xyz)).collect();
     let poses = poses(geometry);
     let mut seen: BTreeMap<CameraId, (Vec<[f64; 2]>, Vec<f64>)> = BTreeMap::new();
@@ -26,7 +25,7 @@ pub(super) fn views(run: &Run) -> BTreeMap<CameraId, View> {
         }
     }
     let view = |(id, (pixels, distances)): (CameraId, (Vec<[f64; 2]>, Vec<f64>))| {
-        let camera = run.scene.cameras.get(&id)?;
+        let camera = scene.cameras.get(&id)?;
         let grid = Grid::new(camera.width, camera.height);
         let quantiles = Sorted::new(distances).map(|d| [0.1, 0.5, 0.9].map(|p| d.quantile(p)));
         let distances = quantiles.filter(|quantiles| quantiles[0] > 0.0);

@@ -3,6 +3,7 @@
 //! Knows nothing of cameras or runs.
 
 mod chi_square;
+mod contrast;
 mod correlation;
 mod fisher;
 #[cfg(test)]
@@ -16,6 +17,7 @@ mod testing;
 mod variance_tests;
 
 pub use chi_square::{chi_square_quantile, chi_square_tail};
+pub use contrast::{Contrast, Pair, concordance, rms_interval};
 pub use correlation::pearson;
 pub use fisher::upper_tail as f_tail;
 pub use one_way::{OneWay, one_way};

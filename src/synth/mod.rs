@@ -19,6 +19,7 @@ use nalgebra::{Isometry3, Vector2, Vector3};
 pub use lens::camera;
 pub use random::{Purpose, Random};
 pub use redraw::with_redrawn_noise;
+pub use start::with_start_off;
 pub use world::{Views, World};
 
 use crate::camera::Intrinsics;

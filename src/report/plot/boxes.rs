@@ -31,34 +31,59 @@ const HALF_BOX: f64 = 7.0;
 /// The figure; none where nothing varies.
 pub fn draw(subject: &Subject, font: &Font) -> Option<Drawing> {
     let rows = subject.rows();
-    let shown: Vec<&Row> = rows.iter().filter(|row| row.varies()).collect();
-    if shown.is_empty() {
-        return None;
-    }
-    let labels = labels(subject, font);
-    let width = PanelWidth { left: 0.0, plot: PLOT_WIDTHS, right: COUNT_WIDTH };
-    let columns = Columns::new(shown.len(), widest(&labels, font) + LABEL_GAP, &width);
-    let width = columns.page_width;
-    let mut page =
-        Page::new(font, width, &subject.words(), "Each parameter over the runs of each group");
-    let mut has_arrow = false;
-    for line in shown.chunks(columns.lefts.len()) {
-        let top = page.y + CAPTION_HEIGHT;
-        names(&mut page, &labels, columns.lefts[0], top);
-        for (row, &left) in line.iter().zip(&columns.lefts) {
-            let right = left + columns.plot_width;
-            let outer = Rect { left, top, right, bottom: top + rows_height(subject) };
-            has_arrow |= panel(&mut page, subject, row, outer);
-        }
-        page.y = top + rows_height(subject) + TICKS_HEIGHT + PANEL_GAP;
-    }
-    let mut below = vec![key(&shown, has_arrow)];
-    below.extend(notes(subject, &rows));
-    Some(page.finish(&below))
+    let figure = Boxes {
+        title: subject.words(),
+        subtitle: "Each parameter over the runs of each group".to_owned(),
+        labels: labels(subject, font),
+        styles: subject.members.iter().map(|member| member.style).collect(),
+        notes: notes(subject, &rows),
+        dot: "run",
+    };
+    figure.draw(&rows, font)
 }
 
-fn rows_height(subject: &Subject) -> f64 {
-    subject.members.iter().map(|_| ROW_HEIGHT).sum()
+/// A page of box plots: a panel a row, in it a line for each label.
+pub struct Boxes {
+    pub title: String,
+    pub subtitle: String,
+    pub labels: Vec<String>,
+    pub styles: Vec<Style>,
+    pub notes: Vec<String>,
+    /// What a dot is.
+    pub dot: &'static str,
+}
+
+impl Boxes {
+    /// The figure; none where nothing varies.
+    pub fn draw(self, rows: &[Row], font: &Font) -> Option<Drawing> {
+        let shown: Vec<&Row> = rows.iter().filter(|row| row.varies()).collect();
+        if shown.is_empty() {
+            return None;
+        }
+        let labels = &self.labels;
+        let width = PanelWidth { left: 0.0, plot: PLOT_WIDTHS, right: COUNT_WIDTH };
+        let columns = Columns::new(shown.len(), widest(labels, font) + LABEL_GAP, &width);
+        let width = columns.page_width;
+        let mut page = Page::new(font, width, &self.title, &self.subtitle);
+        let mut has_arrow = false;
+        for line in shown.chunks(columns.lefts.len()) {
+            let top = page.y + CAPTION_HEIGHT;
+            names(&mut page, labels, columns.lefts[0], top);
+            for (row, &left) in line.iter().zip(&columns.lefts) {
+                let right = left + columns.plot_width;
+                let outer = Rect { left, top, right, bottom: top + rows_height(labels) };
+                has_arrow |= panel(&mut page, &self.styles, row, outer);
+            }
+            page.y = top + rows_height(labels) + TICKS_HEIGHT + PANEL_GAP;
+        }
+        let mut below = vec![key(self.dot, &shown, has_arrow)];
+        below.extend(self.notes);
+        Some(page.finish(&below))
+    }
+}
+
+fn rows_height(labels: &[String]) -> f64 {
+    labels.iter().map(|_| ROW_HEIGHT).sum()
 }
 
 fn middle_of(top: f64, member: usize) -> f64 {
@@ -78,15 +103,15 @@ fn names(page: &mut Page, labels: &[String], left: f64, top: f64) {
 }
 
 /// What the marks mean.
-fn key(shown: &[&Row], has_arrow: bool) -> String {
+fn key(dot: &str, shown: &[&Row], has_arrow: bool) -> String {
     let counts =
         || shown.iter().flat_map(|row| &row.cells).map(|(_, parameter)| sample_count(parameter));
-    let mut key = "A dot is a run, a black bar the median.".to_owned();
+    let mut key = format!("A dot is a {dot}, a black bar the median.");
     if counts().any(|count| count >= LEAST_FOR_A_BOX) {
         key.push_str(" Box: quartiles. Whiskers: furthest value within 1.5 interquartile ranges; a cross lies beyond.");
     }
     if counts().any(|count| (1..LEAST_FOR_A_BOX).contains(&count)) {
-        key.push_str(" Fewer than 5 runs have no box.");
+        key.push_str(&format!(" Fewer than 5 {dot}s have no box."));
     }
     if has_arrow {
         key.push_str(" An arrow with a number is a value beyond the axis.");
@@ -137,7 +162,7 @@ fn room(side: &[Option<Beyond>]) -> f64 {
 }
 
 /// Draws a panel; returns whether values lie beyond its axis.
-fn panel(page: &mut Page, subject: &Subject, row: &Row, outer: Rect) -> bool {
+fn panel(page: &mut Page, styles: &[Style], row: &Row, outer: Rect) -> bool {
     let boxes: Vec<[f64; 2]> = row
         .cells
         .iter()
@@ -175,8 +200,7 @@ fn panel(page: &mut Page, subject: &Subject, row: &Row, outer: Rect) -> bool {
     level_ticks(page, plot, &axis);
     for (index, (member, parameter)) in row.cells.iter().enumerate() {
         let y = middle_of(outer.top, *member);
-        let style = subject.members[*member].style;
-        cell(page, parameter, &style, plot, &axis, y);
+        cell(page, parameter, &styles[*member], plot, &axis, y);
         margin(page, below[index].as_ref(), [outer.left, y], -1.0);
         margin(page, above[index].as_ref(), [outer.right, y], 1.0);
         page.drawing.text(&count(parameter), [count_at, y], Pinned::Center, SMALL, GREY);

@@ -27,7 +27,7 @@ pub fn draw(spreads: &Spreads, font: &Font) -> Option<Drawing> {
         |member: &&SpreadOf| member.spread.worst.px.iter().any(|px| px[0].hypot(px[1]) > 0.0);
     let shown: Vec<&SpreadOf> = spreads.members.iter().filter(is_off).collect();
     let plot_width = if shown.len() == 1 { PLOT_WIDTHS[0] } else { PLOT_WIDTHS[1] };
-    let plane = Plane::of_spread(font, spreads.size, shown.first()?.spread, plot_width);
+    let plane = Plane::new(font, spreads.size, shown.first()?.spread.grid(), plot_width);
     let width = PanelWidth { left: plane.left_room(font), plot: PLOT_WIDTHS, right: COLUMN_GAP };
     let columns = Columns::new(shown.len(), 0.0, &width);
     let subtitle = "The run furthest off the others, turned onto them: from where they see a point to where it does";

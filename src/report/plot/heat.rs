@@ -27,7 +27,7 @@ const RAW_TALLEST: f64 = 2.0;
 /// The figure; none without a spread.
 pub fn draw(spreads: &Spreads, font: &Font) -> Option<Drawing> {
     let first = spreads.members.first()?;
-    let plane = Plane::of_spread(font, spreads.size, first.spread, PLOT_WIDTHS[1]);
+    let plane = Plane::new(font, spreads.size, first.spread.grid(), PLOT_WIDTHS[1]);
     let width = PanelWidth { left: plane.left_room(font), plot: PLOT_WIDTHS, right: COLUMN_GAP };
     let columns = Columns::new(2, 0.0, &width);
     let subtitle = "Spread of the runs over the image, lines in px";

@@ -5,21 +5,26 @@
 mod arrows;
 mod axis;
 mod boxes;
+mod centres;
+mod choice_boxes;
 mod color;
 mod columns;
 mod contour;
 mod correlations;
+mod coverage;
 mod deviation;
 mod drawing;
 mod font;
 mod frame;
 mod heat;
 mod labels;
+mod learning;
 mod legend;
 mod marker;
 mod notes;
 mod number;
 mod page;
+mod panels;
 mod plane;
 mod png;
 mod profile;
@@ -48,6 +53,7 @@ mod tests;
 
 use std::fmt;
 
+use crate::selection::experiment::Selection;
 use crate::stability::{Analysis, ComparedCamera, Comparison};
 
 use drawing::Drawing;
@@ -91,6 +97,12 @@ pub enum FigureKind {
     Residuals,
     /// How far they lean outward and along the tangent, by distance from the principal point.
     ResidualProfile,
+    /// The error of each heuristic by the number of images.
+    Learning,
+    /// From where the images were taken, and which of them each heuristic chose.
+    Centres,
+    /// Where in the image those chosen see something.
+    Coverage,
 }
 
 /// A figure that could not be made.
@@ -154,6 +166,34 @@ pub fn comparison_figures(comparison: &Comparison) -> Result<Vec<Figure>, PlotEr
         spread_figures(&Spreads::of_compared(compared), &stem, &font)
     };
     Ok(comparison.cameras.iter().flat_map(of_camera).collect())
+}
+
+/// The figures of an experiment on heuristics: the error by size of all models; of the first model, at each size, the
+/// parameters of each camera, which images were chosen, and where they see something.
+pub fn selection_figures(selection: &Selection) -> Result<Vec<Figure>, PlotError> {
+    let font = Font::load()?;
+    let figure = |kind, stem: &str, of: &str, drawing: Option<Drawing>| {
+        drawing.map(|drawing| Figure::new(kind, stem, of, drawing, &font))
+    };
+    let learning = learning::draw(selection, &font);
+    let mut figures: Vec<Figure> = Vec::new();
+    figures.extend(figure(FigureKind::Learning, "heuristics", "all heuristics", learning));
+    let Some(model) = selection.models.first() else { return Ok(figures) };
+    for &size in &model.sizes {
+        let (stem, of) = (format!("size-{size}"), format!("of {size}"));
+        let centres = centres::draw(selection, model, size, &font);
+        figures.extend(figure(FigureKind::Centres, &stem, &of, centres));
+        for camera in &model.cameras {
+            let id = camera.camera_id;
+            let (stem, of) =
+                (format!("size-{size}-camera-{id}"), format!("camera {id}, of {size}"));
+            let boxes = choice_boxes::draw(selection, camera, size, &font);
+            figures.extend(figure(FigureKind::Boxes, &stem, &of, boxes));
+            let coverage = coverage::draw(selection, camera, size, &font);
+            figures.extend(figure(FigureKind::Coverage, &stem, &of, coverage));
+        }
+    }
+    Ok(figures)
 }
 
 fn spread_figures(spreads: &Spreads, stem: &str, font: &Font) -> Vec<Figure> {
@@ -220,6 +260,9 @@ impl FigureKind {
             Self::Deviation => "deviation",
             Self::Residuals => "residuals",
             Self::ResidualProfile => "residual-profile",
+            Self::Learning => "learning",
+            Self::Centres => "centres",
+            Self::Coverage => "coverage",
         }
     }
 
@@ -234,6 +277,9 @@ impl FigureKind {
             Self::Deviation => "deviation of the run furthest off",
             Self::Residuals => "mean residuals over the image",
             Self::ResidualProfile => "mean residuals by distance from the principal point",
+            Self::Learning => "error by number of images",
+            Self::Centres => "places of the images chosen",
+            Self::Coverage => "coverage of the image plane",
         }
     }
 }

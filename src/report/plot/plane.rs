@@ -8,7 +8,6 @@ use super::drawing::{Drawing, Pinned, Point, Rect};
 use super::font::Font;
 use super::frame::{exact_level_axis, left_room, level_ticks, upright_tick_count, upright_ticks};
 use super::page::{Page, SMALL};
-use crate::stability::spread::Spread;
 
 /// Images higher than this times their width are drawn less high: none is.
 const HIGHEST: f64 = 2.0;
@@ -37,12 +36,7 @@ pub struct Placed<'p> {
 }
 
 impl Plane {
-    /// The image whose cells a spread counts.
-    pub fn of_spread(font: &Font, size: [u64; 2], spread: &Spread, width: f64) -> Self {
-        Self::new(font, size, [spread.columns, spread.rows], width)
-    }
-
-    /// The image in so many columns and rows.
+    /// The image with so many columns and rows of cells.
     pub fn new(
         font: &Font,
         [wide, high]: [u64; 2],
@@ -245,7 +239,7 @@ mod tests {
     fn every_cell_has_its_colour_and_nothing_else_is_painted() {
         let font = Font::load().unwrap();
         let spread = spread_over([640, 480], |[x, y]| Some((x + y) / 100.0));
-        let plane = Plane::of_spread(&font, [640, 480], &spread, 380.0);
+        let plane = Plane::new(&font, [640, 480], spread.grid(), 380.0);
         let place = plane.placed([50.0, 70.0]);
         // Bands, with holes and a ragged edge.
         let is_in = |cell: &usize| cell % 7 != 3 && cell % 60 < 50 - cell / 60 % 4;
@@ -279,7 +273,7 @@ mod tests {
     fn an_edge_surrounds_its_cells_and_leaves_the_border_of_the_image() {
         let font = Font::load().unwrap();
         let spread = spread_over([640, 480], |_| Some(1.0));
-        let plane = Plane::of_spread(&font, [640, 480], &spread, 600.0);
+        let plane = Plane::new(&font, [640, 480], spread.grid(), 600.0);
         let mut drawing = Drawing::new(700.0);
         // Cells of 10 x 10: two by two in the corner of the image, and one alone.
         plane.placed([0.0, 0.0]).edge(&mut drawing, &[0, 1, 60, 61, 1000], GREY);

@@ -25,7 +25,7 @@ pub struct Heuristic {
     pub name: &'static str,
     /// What it does, in a line.
     pub summary: &'static str,
-    choose: fn(&Field<'_>) -> Result<Vec<Choice>, SelectionError>,
+    pub(super) choose: fn(&Field<'_>) -> Result<Vec<Choice>, SelectionError>,
 }
 
 /// All of them, simple ones first.

@@ -72,6 +72,12 @@ pub(super) fn failure_of_camera(outcome: &Outcome, camera: &CameraOutcome) -> Op
     (!open.is_empty()).then(|| format!("the observations do not determine {}", open.join("; ")))
 }
 
+/// Why this camera of an adjustment is no sample of it.
+pub fn failure_of_sample(outcome: &Outcome, camera: CameraId) -> Option<String> {
+    let own = outcome.cameras.iter().find(|own| own.id == camera);
+    failure_of_outcome(outcome).or_else(|| own.and_then(|own| failure_of_camera(outcome, own)))
+}
+
 /// The directions that the observations leave open and this camera takes part in, in words.
 pub(super) fn undetermined(outcome: &Outcome, camera: &CameraOutcome) -> Vec<String> {
     let Some(covariance) = &outcome.covariance else { return Vec::new() };

@@ -8,9 +8,9 @@ pub(super) mod testing;
 #[cfg(test)]
 mod tests;
 
-pub use clustered::ClusteredCovariance;
-
+pub use apply::failure_of_sample;
 pub(super) use apply::{Origin, failure_of_outcome, predicted_correlations, refined};
+pub use clustered::ClusteredCovariance;
 
 use schemars::JsonSchema;
 use serde::Serialize;

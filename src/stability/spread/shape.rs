@@ -50,6 +50,11 @@ pub struct Spread {
 }
 
 impl Spread {
+    /// Columns and rows of the image's cells.
+    pub fn grid(&self) -> [usize; 2] {
+        [self.columns, self.rows]
+    }
+
     /// The observations in each cell of the image, mean over the calibrations.
     pub fn mean_observations(&self) -> Option<Vec<f64>> {
         let mean = |count: &usize| *count as f64 / self.n as f64;

@@ -117,7 +117,7 @@ fn few_runs(one: &Population, n: usize) -> Option<(FindingId, String)> {
             let id = if has_covariance { FindingId::FewRuns } else { FindingId::NotRepeated };
             let text = format!(
                 "one run shows no spread: repeat the reconstruction with other seeds or other images, \
-                 at least {FEW_RUNS} times, and give all runs together"
+                 at least {FEW_RUNS} times, and give all runs together; or make samples out of it (`calibstab resample`)"
             );
             Some((id, text))
         }
