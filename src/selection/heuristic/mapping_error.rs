@@ -87,22 +87,24 @@ fn polish(field: &Field<'_>, mut groups: Vec<usize>) -> Option<Chosen> {
         let now = error_px(field, &system)?;
         let others = (0..field.groups.len()).filter(|group| !groups.contains(group));
         let pairs: Vec<(usize, usize)> =
-            others.flat_map(|into| groups.iter().map(move |&out| (out, into))).collect();
+            others.flat_map(|into| (0..groups.len()).map(move |out| (out, into))).collect();
+        // Each leaves once, for all that may enter: of what remains only the points of that one change.
+        let without: Vec<System<'_>> = groups
+            .par_iter()
+            .map(|&out| system.exchanged(&field.groups[out].images, &[]))
+            .collect();
         let errors: Vec<Option<f64>> = pairs
             .par_iter()
             .map(|&(out, into)| {
                 let mut changed = groups.clone();
-                changed.retain(|&group| group != out);
-                changed.push(into);
+                changed[out] = into;
                 field.is_sound(&changed).then_some(())?;
-                let [out, into] = [out, into].map(|group| &*field.groups[group].images);
-                error_px(field, &system.exchanged(out, into))
+                error_px(field, &without[out].exchanged(&[], &field.groups[into].images))
             })
             .collect();
         match least(&errors) {
             Some((at, error)) if error < now * (1.0 - LEAST_GAIN) => {
-                groups.retain(|&group| group != pairs[at].0);
-                groups.push(pairs[at].1);
+                groups[pairs[at].0] = pairs[at].1;
             }
             _ => return Some(Chosen { groups, error_px: now }),
         }
