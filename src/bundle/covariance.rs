@@ -11,6 +11,9 @@ use crate::scene::CameraId;
 
 /// An eigenvalue of the scaled information below this share of the largest is rounding: that direction is open.
 const OPEN: f64 = 1e-10;
+/// So is one below this share of what the parameters have before poses and points are eliminated: where all directions are open,
+/// the largest is rounding too.
+const ROUNDING: f64 = 1e-12;
 /// A parameter that, changed by its whole size or by 1, moves pixels by less than this, in px, changes nothing but rounding.
 const UNSEEN_PX: f64 = 1e-9;
 /// Parameters that have less than this share in an open direction are not named.
@@ -90,7 +93,7 @@ impl Lambda {
         }
         let all: Vec<usize> = (0..self.scales.len()).collect();
         let eigen = self.scaled.clone().symmetric_eigen();
-        let least = OPEN * eigen.eigenvalues.max();
+        let least = least_determined(&eigen);
         eigen.eigenvalues.iter().all(|value| *value > least).then(|| self.inverted(&eigen, &all))
     }
 
@@ -106,6 +109,11 @@ impl Lambda {
                 * (inverted[(row, column)] + inverted[(column, row)])
         })
     }
+}
+
+/// Eigenvalues up to this are rounding.
+fn least_determined(eigen: &SymmetricEigen<f64, Dyn>) -> f64 {
+    eigen.eigenvalues.iter().fold(ROUNDING, |least, &value| least.max(OPEN * value))
 }
 
 fn is_finite(matrix: &DMatrix<f64>) -> bool {
@@ -133,10 +141,10 @@ pub(super) fn open_or_inverse(
         return if open.is_empty() { Ok(DMatrix::zeros(0, 0)) } else { Err(open) };
     }
     let eigen = scaled.symmetric_eigen();
-    let largest = eigen.eigenvalues.iter().fold(0.0, |most: f64, &value| most.max(value));
+    let least = least_determined(&eigen);
     for (at, &value) in eigen.eigenvalues.iter().enumerate() {
         // Not a number is open too.
-        if value > OPEN * largest {
+        if value > least {
             continue;
         }
         let vector = eigen.eigenvectors.column(at);

@@ -139,8 +139,8 @@ fn with_tracks(mut scene: Scene, keep: impl Fn(usize, &mut Vec<TrackElement>)) -
 
 /// Scenes at the truth, without noise: what is open stays so.
 fn scenes() -> Vec<(&'static str, Scene)> {
-    let ring = |cameras, images| World::ring(cameras, images, 40).scene();
-    let cloud = World::ring(vec![opencv()], 3, 40).points;
+    let ring = |cameras, images| World::ring(cameras, images, 24).scene();
+    let cloud = World::ring(vec![opencv()], 3, 24).points;
     let of = |cameras: Vec<Camera>, poses: Vec<Isometry3<f64>>| {
         World { cameras, poses, points: cloud.clone(), noise_px: 0.0 }.scene()
     };
@@ -152,6 +152,7 @@ fn scenes() -> Vec<(&'static str, Scene)> {
     };
     let beside = |at: u32| Isometry3::translation(0.4 * f64::from(at) - 1.0, 0.0, 9.0);
     let pinhole = camera("PINHOLE", &[1000.0, 1000.0, 640.0, 480.0]);
+    let simple = camera("SIMPLE_PINHOLE", &[1000.0, 640.0, 480.0]);
     let mut unused = ring(vec![opencv()], 7);
     unused.cameras.insert(CameraId(9), fisheye());
     let blind = with_tracks(ring(vec![opencv()], 7), |_, track| track.retain(|e| e.image.0 != 3));
@@ -180,7 +181,8 @@ fn scenes() -> Vec<(&'static str, Scene)> {
         ),
         ("pure rotation", of(vec![opencv()], (0..6).map(turned).collect())),
         ("a straight line, looking ahead", of(vec![pinhole], (0..6).map(beside).collect())),
-        ("two images", ring(vec![opencv()], 2)),
+        ("the same, one focal length", of(vec![simple], (0..6).map(beside).collect())),
+        ("three images", ring(vec![opencv()], 3)),
         ("an unused camera", unused),
         ("an image that sees nothing", blind),
     ]
@@ -212,12 +214,12 @@ fn the_rank_is_that_of_the_whole_jacobian_in_every_mode() {
         }
     }
     // Some of them leave directions open beyond the gauge.
-    assert!(checked == 50 && short >= 3, "{checked} {short}");
+    assert!(checked == 55 && short >= 3, "{checked} {short}");
 }
 
 /// A camera with images enough for clusters, and one without; noise, and every twelfth keypoint some px off.
 fn two_cameras() -> Scene {
-    let mut scene = World::ring(vec![opencv(), opencv()], 40, 50).scene();
+    let mut scene = World::ring(vec![opencv(), opencv()], 34, 24).scene();
     scene.cameras.insert(CameraId(2), fisheye());
     let geometry = scene.geometry.as_mut().unwrap();
     let places: BTreeMap<_, _> = geometry.points.iter().map(|p| (p.id, p.xyz)).collect();
@@ -271,7 +273,7 @@ fn covariances_are_those_of_the_whole_jacobian() {
         let off = apart(&plain, &matrix(covariance.matrix.as_ref().unwrap()));
         assert!(off < 1e-6, "{loss:?}: {off:.1e}");
         for one in &covariance.clustered {
-            assert_eq!((one.camera, one.images), (CameraId(1), 36));
+            assert_eq!((one.camera, one.images), (CameraId(1), 31));
             let off = apart(&first, &matrix(&one.matrix));
             assert!(off < 1e-6, "{loss:?}: clustered {off:.1e}");
             let own = plain.view((0, 0), (8, 8)).into_owned();
@@ -290,10 +292,10 @@ fn by_hand(whole: &Whole, loss: Loss, rank: usize) -> (DMatrix<f64>, DMatrix<f64
     for row in (0..count).step_by(2) {
         let (x, y) = (whole.residual[row], whole.residual[row + 1]);
         let rho = loss.at(x * x + y * y);
-        // d psi / d r = rho' 1 + 2 rho'' r r^T; where Huber's is straight, a thousandth of rho' along r is kept.
+        // d psi / d r = rho' 1 + 2 rho'' r r^T; where that is nothing along r, a thousandth of rho' is kept.
         let (square, own) = (x * x + y * y, rho.slope);
         let along = 1.0 + 2.0 * square * rho.curvature / own;
-        let along = if matches!(loss, Loss::Huber(_)) { along.max(1e-3) } else { along };
+        let along = if along.abs() > 1e-3 { along } else { 1e-3 };
         let both = own * (along - 1.0) / square;
         weights[(row, row)] = own + both * x * x;
         weights[(row + 1, row + 1)] = own + both * y * y;
@@ -355,7 +357,7 @@ fn no_covariance_depends_on_the_gauge() {
             determined(&problem, &options, (&optimum.state, 1.0), optimum.free.clone())
         };
         let baseline = |image: usize| 6 * image + 3;
-        let one = of_gauge(&[0, 1, 2, 3, 4, 5, baseline(19)]);
+        let one = of_gauge(&[0, 1, 2, 3, 4, 5, baseline(17)]);
         let other = of_gauge(&[48, 49, 50, 51, 52, 53, baseline(2) + 1]);
         let [a, b] = [&one, &other].map(|it| it.covariance.as_ref().unwrap());
         let plain = [a, b].map(|it| matrix(it.matrix.as_ref().unwrap()));
