@@ -166,7 +166,7 @@ fn skipped_runs_are_listed_in_every_output() {
         .filter(|(path, _)| path.extension().unwrap() == "svg")
         .map(|(_, content)| text(&content))
         .collect();
-    assert_eq!(svgs.len(), 14);
+    assert_eq!(svgs.len(), 18);
     assert!(svgs.iter().all(|svg| svg.contains("could not be read")));
 }
 

@@ -39,7 +39,7 @@ pub fn draw(maps: &ResidualMaps, font: &Font) -> Option<Drawing> {
     }
     let key = "Each arrow has its middle in the middle of its cell. Black: longer than noise makes 95 % of them. \
         Grey ground: enough was observed. With the right lens model about one arrow in twenty is black, and black ones point anywhere.";
-    Some(page.finish(&[key.to_owned()]))
+    Some(page.finish(&[&[key.to_owned()], &maps.runs_in_words[..]].concat()))
 }
 
 fn panel(page: &mut Page, member: &ResidualsOf, place: &Placed) {

@@ -65,7 +65,7 @@ pub fn draw(maps: &ResidualMaps, font: &Font) -> Option<Drawing> {
         }
     }
     page.y = top + PLOT_HEIGHT + TICKS_HEIGHT + AXIS_NAME_HEIGHT + PANEL_GAP;
-    Some(page.finish(&[NOTE.to_owned()]))
+    Some(page.finish(&[&[NOTE.to_owned()], &maps.runs_in_words[..]].concat()))
 }
 
 /// The upright axis of both panels: all means, and what bars need about a usual one.

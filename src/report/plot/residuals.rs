@@ -3,6 +3,7 @@
 use super::font::Font;
 use super::labels::labels;
 use super::marker::Style;
+use super::notes::suspect;
 use super::spreads::MOST_ON_A_PAGE;
 use super::subject::{Member, Subject};
 use crate::stability::Residuals;
@@ -18,6 +19,8 @@ pub struct ResidualMaps<'a> {
     /// Width and height of its images, in px.
     pub size: [u64; 2],
     pub members: Vec<ResidualsOf<'a>>,
+    /// Which runs the figure leaves out, or are suspect.
+    pub runs_in_words: Vec<String>,
 }
 
 /// Those of one group.
@@ -39,6 +42,7 @@ impl<'a> ResidualMaps<'a> {
             camera: subject.words(),
             size: [subject.width, subject.height],
             members: subject.members.iter().zip(labels(subject, font)).filter_map(of).collect(),
+            runs_in_words: suspect(subject),
         }
     }
 
