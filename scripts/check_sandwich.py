@@ -145,7 +145,7 @@ def sandwiches(model, loss, free):
         shares = np.linalg.solve(plain[np.ix_(rows, rows)] * freedom / (psi @ psi), shares)
         kept = np.einsum("gii->", shares) / len(rows)
         equal = np.einsum("gij,gji->", shares, shares) / len(rows) / kept**2
-        return scores.T @ scores / (kept * (1 - equal))
+        return scores.T @ scores / (kept * (1 - equal)) * np.einsum("naa->", left) / freedom
 
     return plain, clustered
 

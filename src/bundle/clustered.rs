@@ -3,11 +3,12 @@
 //! J~ are the intrinsics' columns of J after poses and points are projected out, s_g = J~_g^T psi_g the score of image g. In the
 //! middle of the sandwich stands a multiple of sum s_g s_g^T, where the plain covariance has sigma^2 J~^T J~: Liang and Zeger 1986.
 //!
-//! Residuals are shorter than the noise, and the multiple makes up for it. Of independent noise M_i sigma^2 is left in observation
-//! i, M_i = 1 - J_point V^-1 J_point^T; poses take nothing from s_g, as J~_g is orthogonal to their columns; the intrinsics take
-//! what image g has of all information. So with A_g = J~_g^T M_g J~_g / m in units of J~^T J~, m such that they add up to 1:
-//! multiple = 1 / m 1 / (1 - 1/G), 1/G = sum tr(A_g^2) / p: G images of equal shares, which is G / (G - 1). Were all M_i alike, 1 / m
-//! would be 2N / (2N - rank J), rank J that of the points alone. But what is seen often tells most and is absorbed least.
+//! Residuals are shorter than the noise, and the multiple makes up for it. Of independent noise points leave M_i sigma^2 in
+//! observation i, M_i = 1 - J_point V^-1 J_point^T; poses take their average share of that; the intrinsics take what image g has of
+//! all information, A_g = J~_g^T M_g J~_g / m in units of J~^T J~, m such that they add up to 1. So
+//! multiple = 1 / m  sum tr M / (2N - rank J)  1 / (1 - 1/G), 1/G = sum tr(A_g^2) / p.
+//! Were all observations and images alike this would be 2N / (2N - rank J) G / (G - 1) for G images. But those of long tracks tell
+//! most, and of their noise least is absorbed: the plainer multiple is a tenth too large in small scenes.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Vector3};
 use rayon::prelude::*;
@@ -47,6 +48,8 @@ pub struct Clustered {
 pub(super) struct Fit {
     /// |psi|^2 / (2N - rank J)
     pub variance: f64,
+    /// 2N - rank J
+    pub freedom: f64,
     /// Lambda_W^-1 (Lambda - P) Lambda_W^-1, P the weights of the priors.
     pub by_noise: DMatrix<f64>,
     /// Lambda_W^-1 P Lambda_W^-1
@@ -151,7 +154,7 @@ fn clustered(
         sums.shares[at].iter().map(|of| DMatrix::from_column_slice(count, count, of)).collect();
     let kept = shares.iter().map(DMatrix::trace).sum::<f64>() / size;
     let squares = shares.iter().map(DMatrix::norm_squared).sum::<f64>() / (kept * kept);
-    let factor = 1.0 / (kept * (1.0 - squares / size));
+    let factor = sums.left / fit.freedom / (kept * (1.0 - squares / size));
     if !(factor.is_finite() && factor > 0.0) {
         return None;
     }
@@ -196,6 +199,8 @@ struct Sums {
     shares: Vec<Vec<Vec<f64>>>,
     /// By camera, the sum of the squares of what each residual has of that.
     fourths: Vec<f64>,
+    /// The sum of tr M.
+    left: f64,
     /// Of psi, its second and fourth powers, and how many.
     powers: [f64; 3],
 }
@@ -206,6 +211,7 @@ impl Sums {
             scores: vec![vec![0.0; sizes.iter().sum()]; images],
             shares: sizes.iter().map(|size| vec![vec![0.0; size * size]; images]).collect(),
             fourths: vec![0.0; sizes.len()],
+            left: 0.0,
             powers: [0.0; 3],
         }
     }
@@ -228,6 +234,7 @@ impl Sums {
             }
         }
         add(&mut self.fourths, &other.fourths);
+        self.left += other.left;
         self.powers.iter_mut().zip(other.powers).for_each(|(sum, value)| *sum += value);
     }
 
@@ -241,6 +248,7 @@ impl Sums {
             let scores = self.scores[image].iter_mut().zip(moved);
             scores.for_each(|(sum, value)| *sum += psi * value);
         }
+        self.left += xx + yy;
         let mut start = 0;
         for (at, &size) in sizes.iter().enumerate() {
             let [x, y] = moved.map(|moved| &moved[start..start + size]);
@@ -343,14 +351,14 @@ impl Pass<'_> {
         let before: Vec<[f64; 2]> = seen.iter().map(of_observation).collect();
         let mut product = Vector3::zeros();
         for ((row, _), change) in seen.iter().zip(&before) {
-            for axis in 0..2 {
-                product += Vector3::from(row.wrt_point[axis]) * change[axis];
+            for (along, change) in row.wrt_point.into_iter().zip(change) {
+                product += Vector3::from(along) * *change;
             }
         }
         let step = -Vector3::from(inverse.transpose_times(&inverse.times(&product.into())));
         for (at, ((row, _), change)) in seen.iter().zip(before).enumerate() {
-            for axis in 0..2 {
-                give(2 * at + axis, change[axis] + Vector3::from(row.wrt_point[axis]).dot(&step));
+            for (axis, (along, change)) in row.wrt_point.into_iter().zip(change).enumerate() {
+                give(2 * at + axis, change + Vector3::from(along).dot(&step));
             }
         }
     }

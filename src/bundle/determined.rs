@@ -71,7 +71,7 @@ pub(super) fn determined(
         Ok(inverse) if is_over => {
             let at = Found { problem, options, state, layout: &layout, weights: &weights };
             let psi = if options.loss == Loss::Squared { left } else { at.square_of_psi() };
-            let fit = at.fit((&lambda, nullity), inverse, psi / freedom);
+            let fit = at.fit((&lambda, nullity), inverse, (psi, freedom));
             covariance.matrix = fit.as_ref().map(|fit| rows(&fit.covariance()));
             covariance.clustered = fit.map_or(vec![], |fit| {
                 clustered::of_cameras(problem, &squared, state, &covariance.params, &fit)
@@ -104,20 +104,21 @@ struct Found<'a> {
 }
 
 impl Found<'_> {
-    /// With Lambda, its inverse, and the variance of psi; none where a robust loss has no minimum.
+    /// With Lambda, its inverse, |psi|^2 and 2N - rank J; none where a robust loss has no minimum.
     fn fit(
         &self,
         (lambda, nullity): (&Lambda, usize),
         inverse: DMatrix<f64>,
-        variance: f64,
+        (psi, freedom): (f64, f64),
     ) -> Option<Fit> {
         let Self { problem, options, state, layout, weights } = self;
+        let (variance, loss) = (psi / freedom, options.loss);
         let priors = DMatrix::from_diagonal(&DVector::from_column_slice(weights));
         if options.loss == Loss::Squared {
             let by_priors = &inverse * priors * &inverse;
             let by_noise = &inverse - &by_priors;
             let rights = DMatrix::identity(inverse.nrows(), inverse.ncols());
-            return Some(Fit { variance, by_noise, by_priors, rights, loss: options.loss });
+            return Some(Fit { variance, freedom, by_noise, by_priors, rights, loss });
         }
         let (bent, bent_nullity) = information(problem, options, state, layout);
         let bread = bent.inverse().filter(|_| bent_nullity == nullity)?;
@@ -125,7 +126,7 @@ impl Found<'_> {
         let by_priors = &bread * &priors * &bread;
         let by_noise = &bread * (&lambda - priors) * &bread;
         let rights = lambda * bread;
-        Some(Fit { variance, by_noise, by_priors, rights, loss: options.loss })
+        Some(Fit { variance, freedom, by_noise, by_priors, rights, loss })
     }
 
     /// |psi|^2

@@ -106,6 +106,8 @@ fn transformed(scene: &Scene, scale: f64, turn: Vector3<f64>, shift: Vector3<f64
         points.push(Point3D { xyz: xyz.into(), ..point });
     }
     geometry.points = points;
+    // Frames would overrule the images' poses.
+    geometry.mounting = None;
     moved
 }
 
@@ -152,7 +154,11 @@ proptest! {
             let options = Options { loss, ..all_free() };
             let of = |scene: &Scene| {
                 let outcome = adjust(scene, &options).outcome;
-                assert_eq!(outcome.reason, Reason::Converged, "{loss:?}");
+                assert!(
+                    matches!(outcome.reason, Reason::Converged | Reason::Rounding),
+                    "{loss:?}: {:?}",
+                    outcome.reason
+                );
                 outcome.covariance.unwrap()
             };
             let plain = matrices(&of(&start), |id| id);

@@ -341,7 +341,8 @@ fn by_hand(whole: &Whole, loss: Loss, rank: usize) -> (DMatrix<f64>, DMatrix<f64
     let kept = shares().map(|share| share.trace()).sum::<f64>() / 8.0;
     let equal = shares().map(|share| (&share * &share).trace()).sum::<f64>() / (8.0 * kept * kept);
     let middle: DMatrix<f64> = images.values().map(|(score, _)| score * score.transpose()).sum();
-    (plain, middle / (kept * (1.0 - equal)))
+    let absorbed = left.trace() / (count - rank) as f64;
+    (plain, middle * absorbed / (kept * (1.0 - equal)))
 }
 
 #[test]
