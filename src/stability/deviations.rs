@@ -132,6 +132,6 @@ fn fields(peers: &[Member], pixels: &[Vector2<f64>]) -> Vec<Field> {
     let deviation = |camera: &Intrinsics, at: usize| {
         Some(camera.project(consensus[at].as_ref()?).ok()? - pixels[at])
     };
-    let field = |peer: &Member| (0..pixels.len()).map(|at| deviation(&peer.camera, at)).collect();
+    let field = |peer: &Member| (0..pixels.len()).map(|at| deviation(peer.camera, at)).collect();
     peers.par_iter().map(field).collect()
 }
