@@ -6,7 +6,7 @@ use serde::Serialize;
 use super::super::inside::MOST_P;
 use super::super::remarks::{listed, of_camera};
 use super::super::verdict::basis::{refined_camera, samples};
-use super::super::{Finding, FindingId, Population, RunRecord};
+use super::super::{Finding, FindingId, Population, RunRecord, SampleState};
 use crate::bundle::Clustered;
 use crate::stats::{Sorted, std_interval_factors_of_degrees};
 
@@ -46,7 +46,9 @@ impl ClusteredCovariance {
 /// A camera of which at least half of the runs have a ratio outside of its interval, on the same side. However much the runs
 /// share, chance does that in no more than 0.2 % of all cases.
 pub(in crate::stability) fn of_population(one: &Population, runs: &[RunRecord]) -> Option<Finding> {
+    // What did not converge tells nothing.
     let told: Vec<(&str, &ClusteredCovariance)> = samples(one)
+        .filter(|sample| sample.state != SampleState::Failed)
         .filter_map(|sample| {
             let camera = refined_camera(sample, &one.group, runs)?;
             Some((sample.run.as_str(), camera.clustered.as_ref()?))
