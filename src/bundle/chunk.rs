@@ -157,8 +157,7 @@ impl Chunk {
                 let own = self.camera_of[image];
                 let firsts = if numbering.pairs { &track[..=at] } else { &track[at..=at] };
                 for first in firsts.iter().filter(|_| numbering.poses) {
-                    let slot = &mut self.pose_pose[pair(first.image as usize, image)];
-                    give(slot, 1, &mut self.pose_pose_count)?;
+                    self.pose_pose[pair(first.image as usize, image)] = 0;
                 }
                 for &camera in &cameras {
                     if numbering.poses && (numbering.pairs || camera == own) {
@@ -175,6 +174,11 @@ impl Chunk {
                     give(slot, width * width, &mut self.border_length)?;
                 }
             }
+        }
+        // Those of one image with all others in a row: they are summed image by image.
+        for slot in self.pose_pose.iter_mut().filter(|slot| **slot != NONE) {
+            *slot = u32::try_from(self.pose_pose_count).map_err(|_| BundleError::TooLarge)?;
+            self.pose_pose_count += 1;
         }
         Ok(())
     }

@@ -9,6 +9,7 @@ use nalgebra::Vector3;
 use super::Loss;
 use super::chunk::{Chunk, NONE, pair};
 use super::linearize::{Lens, MOST_PARAMS, Params, Placed, Row, Sighting};
+use super::pairs::Gathered;
 use super::point::{InverseFactor, PointBlock};
 use super::products::{Wide, add_outers, add_scaled, dot, fused, scaled, take_outers};
 use super::rows::block_of;
@@ -52,8 +53,7 @@ pub(super) struct Sums {
 #[derive(Debug, Clone, Default)]
 struct Scratch {
     rows: Vec<Row>,
-    /// For each sighting the columns of Z = J_pose^T J_point L^-T.
-    factors: Vec<[Wide; 3]>,
+    gathered: Gathered,
     /// For each camera of the point.
     borders: Vec<Border>,
 }
@@ -87,9 +87,8 @@ impl Sums {
         (self.by_points, self.point_gradient, self.nullity) = (0.0, 0.0, 0);
         let zeros = [[0.0; MOST_PARAMS]; 3];
         let border = Border { camera: 0, rows: zeros, solved: zeros };
-        let Scratch { rows, factors, borders } = &mut self.scratch;
+        let Scratch { rows, borders, .. } = &mut self.scratch;
         rows.resize(chunk.longest.max(rows.len()), Row::ZERO);
-        factors.resize(chunk.longest.max(factors.len()), [[0.0; 8]; 3]);
         borders.resize(chunk.cameras.len().max(borders.len()), border);
     }
 }
@@ -130,6 +129,9 @@ fn add_points<const W: usize, const FUSED: bool>(
     for (&end, point) in chunk.ends.iter().zip(&view.points[chunk.points.clone()]) {
         let track = &chunk.sightings[start..end as usize];
         start = end as usize;
+        if sums.scratch.gathered.is_full_for(track.len()) {
+            sums.scratch.gathered.take_from::<FUSED>(&mut sums.pose_blocks, chunk);
+        }
         let block = block_of::<W, FUSED>(chunk, view, (point, track), &mut sums.scratch.rows);
         let own = eliminate_point::<FUSED>(view, damping, sums, &block);
         let cameras = add_cameras::<W, FUSED>(chunk, view, sums, &own, track);
@@ -138,6 +140,7 @@ fn add_points<const W: usize, const FUSED: bool>(
             add_borders::<W, FUSED>(chunk, sums, cameras, (point, track));
         }
     }
+    sums.scratch.gathered.take_from::<FUSED>(&mut sums.pose_blocks, chunk);
     for [gradient, _, own_gradient] in &mut sums.cameras {
         gradient.iter_mut().zip(own_gradient).for_each(|(sum, own)| *sum += *own);
     }
@@ -264,7 +267,7 @@ fn add_poses<const FUSED: bool>(
     (point, track): Point<'_>,
 ) {
     let Sums { pose_blocks: blocks, pose_diagonals, scratch, .. } = sums;
-    let Scratch { rows, factors, .. } = scratch;
+    let Scratch { rows, gathered, .. } = scratch;
     for (at, sighting) in track.iter().enumerate() {
         let image = sighting.image as usize;
         let Row { residual, sign, wrt_point: [along_x, along_y], .. } = &rows[at];
@@ -293,29 +296,7 @@ fn add_poses<const FUSED: bool>(
             *column = scaled(sign * s[axis], &x);
             add_scaled::<8, FUSED>(column, t[axis], &y);
         }
-        factors[at] = columns;
-        take_pairs::<FUSED>(chunk, blocks, &factors[..=at], &track[..=at]);
-    }
-}
-
-/// Takes what the point carries between its last image and those before.
-#[inline(always)]
-fn take_pairs<const FUSED: bool>(
-    chunk: &Chunk,
-    blocks: &mut [[Wide; 6]],
-    factors: &[[Wide; 3]],
-    track: &[Sighting],
-) {
-    let ([earlier @ .., last], [track @ .., seen]) = (factors, track) else { return };
-    let image = seen.image as usize;
-    for (sighting, other) in track.iter().zip(earlier) {
-        let first = sighting.image as usize;
-        let block = &mut blocks[chunk.pose_pose[pair(first, image)] as usize];
-        take_outers::<8, 8, FUSED>(block, other, last);
-        if first == image {
-            // Both halves of a symmetric block: the image has two keypoints of this point.
-            take_outers::<8, 8, FUSED>(block, last, other);
-        }
+        gathered.push(sighting.image, at, &columns);
     }
 }
 

@@ -20,6 +20,7 @@ mod optimum;
 mod options;
 mod order;
 mod outcome;
+mod pairs;
 mod point;
 mod probe;
 mod problem;

@@ -288,7 +288,7 @@ pub(super) struct Information {
 
 /// The pivot below which a direction is rounding alone; damped systems have none.
 fn null(damping: f64) -> Option<f64> {
-    /// Rounding of a system of a thousand unknowns stays below this share of its diagonal.
-    const NULL: f64 = 1e-12;
+    /// Rounding of a system of a thousand unknowns stays below this share of its diagonal, a tenth of what covariances take for open.
+    const NULL: f64 = 1e-11;
     (damping <= 0.0).then_some(NULL)
 }

@@ -1,7 +1,9 @@
 //! Cholesky's factorisation of a sparse symmetric matrix of square tiles: all of it, or only of its leading columns.
 //!
-//! Column after column, each tile of a column takes what the columns before it give. A full matrix is the case in which all tiles
+//! A few columns at a time, each tile takes what the columns before give. A full matrix is the case in which all tiles
 //! are there. Each number is computed by one thread in one order: the same bits for any number of threads.
+
+use std::ops::Range;
 
 use multiversion::multiversion;
 use rayon::prelude::*;
@@ -15,6 +17,11 @@ pub(super) const TILE: usize = 48;
 const LANES: usize = 8;
 const COLUMNS: usize = 6;
 
+/// Columns of tiles that take from those before them together, so that what is given is fetched once for all of them.
+const PANEL: usize = 4;
+/// Columns of which the tiles that give to a panel stay in a core's own cache.
+const GIVERS: usize = 12;
+
 /// Column by column.
 type Tile = [[f64; TILE]; TILE];
 
@@ -23,8 +30,6 @@ type Tile = [[f64; TILE]; TILE];
 pub(super) struct Pattern {
     /// Of each column the rows from the diagonal on, ascending.
     rows: Vec<Vec<usize>>,
-    /// Of each row the columns before the diagonal, ascending.
-    before: Vec<Vec<usize>>,
     /// Where a tile is in its column; the pairs (0, 0), (0, 1), (1, 1), (0, 2), ...
     places: Vec<u32>,
 }
@@ -37,12 +42,10 @@ impl Pattern {
         let count = graph.nodes();
         let mut made = Self {
             rows: Vec::with_capacity(count),
-            before: vec![Vec::new(); count],
             places: vec![NO_TILE; count * (count + 1) / 2],
         };
         for column in 0..count {
             let below = graph.eliminate(column);
-            below.iter().for_each(|&row| made.before[row].push(column));
             let rows = std::iter::once(column).chain(below);
             let rows: Vec<usize> = rows.collect();
             for (&row, place) in rows.iter().zip(0..) {
@@ -70,6 +73,28 @@ impl Pattern {
         let place = self.places[row * (row + 1) / 2 + column];
         (place != NO_TILE).then_some(place as usize)
     }
+
+    /// Whether some of these columns take something from the one before them.
+    fn gives(&self, giver: usize, columns: &Range<usize>) -> bool {
+        columns.clone().any(|column| self.place(column, giver).is_some())
+    }
+
+    /// Takes what a column gives from tiles of one row.
+    fn give(&self, giver: usize, tiles: &[Tile], targets: &mut [Target<'_>]) {
+        let Some(left) = targets.first().and_then(|one| self.place(one.row, giver)) else { return };
+        for target in targets {
+            if let Some(right) = self.place(target.column, giver) {
+                take_product(target.tile, &tiles[left], &tiles[right]);
+            }
+        }
+    }
+}
+
+/// A tile that takes what other columns give.
+struct Target<'a> {
+    row: usize,
+    column: usize,
+    tile: &'a mut Tile,
 }
 
 /// A symmetric matrix, of which the lower triangle counts, and then its factor.
@@ -172,30 +197,38 @@ impl Tiles {
     /// direction that is not determined: it is left out, and counted; none when `null` is none and there is such a pivot.
     pub(super) fn factor(&mut self, eliminated: usize, null: Option<f64>) -> Option<usize> {
         let mut nullity = 0;
-        for column in 0..self.columns.len() {
-            self.take_from(column, eliminated);
-            if column < eliminated {
-                nullity += self.finish(column, null)?;
+        for first in (0..self.columns.len()).step_by(PANEL) {
+            let panel = first..(first + PANEL).min(self.columns.len());
+            let known = first.min(eliminated);
+            self.take_from(panel.clone(), 0..known);
+            for column in panel {
+                self.take_from(column..column + 1, known..column.min(eliminated));
+                if column < eliminated {
+                    nullity += self.finish(column, null)?;
+                }
             }
         }
         Some(nullity)
     }
 
-    /// Takes from a column's tiles what the eliminated columns before it give.
-    fn take_from(&mut self, column: usize, eliminated: usize) {
+    /// Takes from the tiles of some columns what eliminated columns before them give.
+    fn take_from(&mut self, panel: Range<usize>, givers: Range<usize>) {
         let Self { pattern, columns, .. } = self;
-        let (before, rest) = columns.split_at_mut(column);
-        let givers = &pattern.before[column];
-        let givers = &givers[..givers.partition_point(|&giver| giver < eliminated)];
-        let tiles = rest[0].par_iter_mut().zip(&pattern.rows[column]);
-        tiles.for_each(|(tile, &row)| {
-            for &giver in givers {
-                let places = pattern.place(row, giver).zip(pattern.place(column, giver));
-                if let Some((left, right)) = places {
-                    take_product(tile, &before[giver][left], &before[giver][right]);
-                }
-            }
-        });
+        let (before, rest) = columns.split_at_mut(panel.start);
+        let givers: Vec<usize> = givers.filter(|&giver| pattern.gives(giver, &panel)).collect();
+        let mut targets = Vec::new();
+        for (column, tiles) in panel.zip(rest) {
+            let rows = pattern.rows[column].iter();
+            targets.extend(rows.zip(tiles).map(|(&row, tile)| Target { row, column, tile }));
+        }
+        targets.sort_by_key(|target| target.row);
+        let mut rows: Vec<&mut [Target<'_>]> =
+            targets.chunk_by_mut(|a, b| a.row == b.row).collect();
+        for givers in givers.chunks(GIVERS) {
+            rows.par_iter_mut().for_each(|targets| {
+                givers.iter().for_each(|&giver| pattern.give(giver, &before[giver], targets));
+            });
+        }
     }
 
     /// Factors the tile on the diagonal, and eliminates it from those below.

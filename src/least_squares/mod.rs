@@ -137,7 +137,16 @@ pub fn minimize<P: Problem>(
     let cost = problem.cost(&start)?;
     problem.linearize(&start);
     let moved = start.clone();
-    let search = Search { problem, state: start, moved, cost, damping: FIRST_DAMPING, growth: 2.0 };
+    let search = Search {
+        problem,
+        state: start,
+        moved,
+        cost,
+        damping: FIRST_DAMPING,
+        growth: 2.0,
+        is_near: false,
+        is_damped: true,
+    };
     Some(search.run(cost, options))
 }
 
@@ -149,6 +158,10 @@ struct Search<'a, P: Problem> {
     damping: f64,
     /// What the next rejection multiplies the damping by.
     growth: f64,
+    /// Whether the last step was good, and moved no unknown by more than about its standard deviation.
+    is_near: bool,
+    /// Whether the step at hand was found with damping.
+    is_damped: bool,
 }
 
 impl<P: Problem> Search<'_, P> {
@@ -161,7 +174,7 @@ impl<P: Problem> Search<'_, P> {
                 reason = Reason::Stuck;
                 break;
             }
-            let Some(mut step) = self.problem.solve(self.damping) else {
+            let Some(mut step) = self.next_step(options.stop) else {
                 iterations += 1;
                 let (cost, damping) = (self.cost, self.damping);
                 let trial = Trial { iteration: iterations, cost, step: None, fall: None, damping };
@@ -187,9 +200,10 @@ impl<P: Problem> Search<'_, P> {
                 cost: self.cost,
                 step: Some(step),
                 fall: None,
-                damping: self.damping,
+                damping: if self.is_damped { self.damping } else { 0.0 },
             };
             let fall = self.try_step(&step, is_hidden);
+            self.is_near = fall.is_some() && step.predicted <= self.variance();
             self.problem.tried(&Trial { fall, ..trial });
             match fall {
                 Some(fall) => {
@@ -200,33 +214,42 @@ impl<P: Problem> Search<'_, P> {
                     }
                     self.problem.linearize(&self.state);
                 }
-                None => self.damp(),
+                None if self.is_damped => self.damp(),
+                None => {}
             }
         }
         let Self { state, cost, .. } = self;
         Outcome { state, initial_cost, cost, iterations, reason }
     }
 
+    /// Without damping near the end, which damping would only put off.
+    fn next_step(&mut self, stop: Stop) -> Option<Step> {
+        let is_wanted = self.is_near && matches!(stop, Stop::Decrement(_));
+        let step = is_wanted.then(|| self.problem.solve(0.0)).flatten();
+        self.is_damped = step.is_none();
+        step.or_else(|| self.problem.solve(self.damping))
+    }
+
     /// The same step without damping, which shortens steps, most of all along weak directions: only the undamped one shows how
     /// far the end is.
     fn undamped(&mut self, damped: Step, stop: Stop) -> Step {
-        let is_wanted = matches!(stop, Stop::Decrement(_)) && self.damping > LEAST_DAMPING;
-        match is_wanted.then(|| self.problem.solve(0.0)).flatten() {
-            Some(step) => {
-                self.damping = LEAST_DAMPING;
-                step
-            }
-            None if is_wanted => self.problem.solve(self.damping).unwrap_or(damped),
-            None => damped,
+        if !self.is_damped || !matches!(stop, Stop::Decrement(_)) {
+            return damped;
         }
+        let step = self.problem.solve(0.0);
+        self.is_damped = step.is_none();
+        step.or_else(|| self.problem.solve(self.damping)).unwrap_or(damped)
+    }
+
+    /// Of one residual.
+    fn variance(&self) -> f64 {
+        self.cost / self.problem.freedom().max(1.0)
     }
 
     /// Whether nothing is to be gained by this step.
     fn is_small(&self, step: &Step, stop: Stop) -> bool {
         match stop {
-            Stop::Decrement(share) => {
-                step.predicted <= share * self.cost / self.problem.freedom().max(1.0)
-            }
+            Stop::Decrement(share) => step.predicted <= share * self.variance(),
             Stop::Tolerances { gradient, parameter, .. } => {
                 let length = self.problem.length(&self.state);
                 step.gradient <= gradient || step.length <= parameter * (length + parameter)
