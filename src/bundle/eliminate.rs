@@ -129,7 +129,7 @@ fn add_points<const W: usize, const FUSED: bool>(
     for (&end, point) in chunk.ends.iter().zip(&view.points[chunk.points.clone()]) {
         let track = &chunk.sightings[start..end as usize];
         start = end as usize;
-        if sums.scratch.gathered.is_full_for(track.len()) {
+        if sums.scratch.gathered.is_full_for(track.len(), chunk) {
             sums.scratch.gathered.take_from::<FUSED>(&mut sums.pose_blocks, chunk);
         }
         let block = block_of::<W, FUSED>(chunk, view, (point, track), &mut sums.scratch.rows);

@@ -6,9 +6,8 @@
 use super::chunk::{Chunk, pair};
 use super::products::{Wide, take_outers};
 
-/// Sightings to gather: what is kept of them and the sums of one image fit into a core's own cache.
-/// Tests are to see many gatherings.
-const MOST: usize = if cfg!(test) { 16 } else { 4096 };
+/// Sightings to gather at most: what is kept of them fits into a core's own cache, or nearly. Tests are to see many gatherings.
+const MOST: usize = if cfg!(test) { 16 } else { 8192 };
 
 /// What is kept of points until their pairs of images are summed.
 #[derive(Debug, Clone, Default)]
@@ -24,9 +23,10 @@ pub(super) struct Gathered {
 }
 
 impl Gathered {
-    /// Whether no such track fits in any more.
-    pub(super) fn is_full_for(&self, track: usize) -> bool {
-        !self.seen.is_empty() && self.seen.len() + track > MOST
+    /// Whether no such track fits in any more. What is kept is no larger than the sums, which might be near as they are.
+    pub(super) fn is_full_for(&self, track: usize, chunk: &Chunk) -> bool {
+        let most = MOST.min(chunk.pose_pose_count);
+        !self.seen.is_empty() && self.seen.len() + track > most
     }
 
     /// Keeps a sighting's factor; `at` is its place among its point's.
