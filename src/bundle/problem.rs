@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use nalgebra::Vector3;
+use nalgebra::{Isometry3, Vector3};
 
 use super::chunk::{self, Chunk, Numbering, Sighted};
 use super::frame::Frame;
@@ -65,11 +65,8 @@ impl Problem {
         let lenses = lenses(scene, &cameras, options);
         let limits = Limits::new(scene, &cameras, &lenses, options);
         let frame = Frame::of(&geometry.points.iter().map(|point| point.xyz).collect::<Vec<_>>());
-        let poses = images.iter().zip(geometry.poses()).map(|(&image, pose)| {
-            pose.map(|pose| frame.pose_in(&pose)).ok_or(BundleError::NoPose(image))
-        });
         let mut start = State {
-            poses: poses.collect::<Result<_, _>>()?,
+            poses: placed(&frame, &images, &geometry.poses())?,
             params: cameras
                 .iter()
                 .map(|id| padded(scene.cameras[id].intrinsics.params()))
@@ -108,13 +105,21 @@ impl Problem {
                 let track = chunk.sightings[start..end as usize].iter();
                 let outside = |seen: &Sighting| Sighting {
                     image: chunk.images[seen.image as usize],
-                    xy: seen.xy,
+                    ..*seen
                 };
                 tracks.push(track.map(outside).collect());
                 start = end as usize;
             }
         }
         tracks
+    }
+
+    /// What is left of a sighting of a point at the start; none if it cannot be projected.
+    pub(super) fn residual(&self, seen: &Sighting, point: &Vector3<f64>) -> Option<[f64; 2]> {
+        let image = seen.image as usize;
+        let camera = self.camera_of[image] as usize;
+        let residual = self.lenses[camera].kernel.residual;
+        residual(&self.start.params[camera], &self.start.poses[image], point, &seen.xy)
     }
 
     /// The same cameras and images, with no point yet.
@@ -149,18 +154,12 @@ impl Problem {
             let xyz = self.frame.point_in(point.xyz);
             let mut track: Sighted = Vec::with_capacity(point.track.len());
             for element in point.track {
-                let image = numbers[&element.image];
+                let (image, keypoint) = (numbers[&element.image], element.keypoint);
                 let keypoints = &geometry.images[&element.image].keypoints;
-                let Some(keypoint) = keypoints.get(element.keypoint as usize) else { continue };
-                let camera = self.camera_of[image as usize] as usize;
-                let residual = (self.lenses[camera].kernel.residual)(
-                    &self.start.params[camera],
-                    &self.start.poses[image as usize],
-                    &xyz,
-                    &keypoint.xy,
-                );
-                match residual {
-                    Some(_) => track.push(Sighting { xy: keypoint.xy, image }),
+                let Some(seen) = keypoints.get(keypoint as usize) else { continue };
+                let sighting = Sighting { xy: seen.xy, image, keypoint };
+                match self.residual(&sighting, &xyz) {
+                    Some(_) => track.push(sighting),
                     None => self.dropped.unprojectable += 1,
                 }
             }
@@ -253,6 +252,18 @@ impl Problem {
         let idle: usize = idle.map(|(_, (_, lens))| lens.free.len()).sum();
         moving + points - poses - idle
     }
+}
+
+/// The poses of images in a frame.
+pub(super) fn placed(
+    frame: &Frame,
+    images: &[ImageId],
+    poses: &[Option<Isometry3<f64>>],
+) -> Result<Vec<Placed>, BundleError> {
+    let placed = |(image, pose): (&ImageId, &Option<Isometry3<f64>>)| {
+        pose.as_ref().map(|pose| frame.pose_in(pose)).ok_or(BundleError::NoPose(*image))
+    };
+    images.iter().zip(poses).map(placed).collect()
 }
 
 pub(super) fn padded(params: &[f64]) -> Params {

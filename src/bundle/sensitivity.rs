@@ -7,7 +7,7 @@ use std::ops::Range;
 use nalgebra::Vector3;
 
 use super::chunk::Chunk;
-use super::linearize::{Lens, Row, Run};
+use super::linearize::{Lens, Row, Run, wrt_pose};
 use super::options::{Options, Refine};
 use super::outcome::free_params;
 use super::point::{InverseFactor, PointBlock};
@@ -140,8 +140,7 @@ impl Sensed {
     /// d pixel / d pose, its two rows: turned about the world's origin, then moved, both in world coordinates.
     #[inline(always)]
     pub fn wrt_pose(&self, point: &Vector3<f64>) -> [[f64; 6]; 2] {
-        let [x, y, z]: [f64; 3] = (*point).into();
-        self.wrt_point.map(|[a, b, c]| [y * c - z * b, z * a - x * c, x * b - y * a, a, b, c])
+        wrt_pose(&self.wrt_point, point)
     }
 }
 
