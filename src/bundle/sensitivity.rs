@@ -146,6 +146,5 @@ impl Sensed {
 
 /// What eliminates a point that is sensed so.
 pub(crate) fn eliminator(track: &[&Sensed]) -> InverseFactor {
-    let row = |seen: &&Sensed| Row { wrt_point: seen.wrt_point, ..Row::ZERO };
-    PointBlock::of::<false>(&track.iter().map(row).collect::<Vec<_>>()).factor(0.0)
+    PointBlock::of_derivatives(track.iter().map(|seen| &seen.wrt_point)).factor(0.0)
 }

@@ -27,6 +27,8 @@ pub struct Candidates {
     frames: Vec<usize>,
     /// The points that each image sees, ascending.
     pub(super) points_of: Vec<Vec<usize>>,
+    /// The images that see a point that an image sees, itself among them, ascending.
+    pub(super) partners_of: Vec<Vec<usize>>,
     /// The parts of the image plane where each image sees something, ascending.
     pub(super) cells_of: Vec<Vec<usize>>,
     /// What each image tells of its camera, points held.
@@ -56,10 +58,12 @@ impl Candidates {
                 rows.params[rows.share(camera)].iter().map(|p| p.place).collect();
             mapping::mapping(&scene.cameras[id], &free)
         };
+        let points_of = points_of(&rows);
         Ok(Self {
+            partners_of: partners_of(&rows, &points_of),
             ranks: ranks(&names, &rows.camera_of),
             frames: frames(scene.geometry.as_ref(), &rows.images),
-            points_of: points_of(&rows),
+            points_of,
             cells_of: cells_of(&rows, &grids.collect::<Vec<_>>()),
             own: information::own(&rows, sigma_px),
             mappings: rows.cameras.iter().enumerate().map(mapping).collect(),
@@ -209,6 +213,16 @@ fn points_of(rows: &Sensitivities) -> Vec<Vec<usize>> {
     }
     points.iter_mut().for_each(Vec::dedup);
     points
+}
+
+fn partners_of(rows: &Sensitivities, points_of: &[Vec<usize>]) -> Vec<Vec<usize>> {
+    let partners = |points: &Vec<usize>| {
+        let mut is_partner = vec![false; points_of.len()];
+        let seen = points.iter().flat_map(|&point| rows.track(point));
+        seen.for_each(|seen| is_partner[seen.image] = true);
+        (0..points_of.len()).filter(|&image| is_partner[image]).collect()
+    };
+    points_of.iter().map(partners).collect()
 }
 
 /// A part of the image plane is so many cells wide and high; single cells would count points.
