@@ -38,9 +38,10 @@ impl Noiseless {
     pub fn with_noise(&self, noise_px: f64, seed: u64, run: u64) -> Vec<Vec<[f64; 2]>> {
         let mut random = Random::new(seed, run, Purpose::Noise);
         let mut noisy = |&([x, y], is_seen): &([f64; 2], bool)| {
-            // Drawn for every keypoint, so that one that cannot be seen changes no other.
-            let noise = noise_px * random.normals();
-            if is_seen { [x + noise.x, y + noise.y] } else { [x, y] }
+            // Drawn for every keypoint, so that one that cannot be seen changes no other; a third goes unused in every version.
+            let noise = [random.normal(), random.normal()].map(|noise| noise_px * noise);
+            random.pass_normal();
+            if is_seen { [x + noise[0], y + noise[1]] } else { [x, y] }
         };
         self.images.iter().map(|image| image.iter().map(&mut noisy).collect()).collect()
     }
