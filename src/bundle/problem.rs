@@ -12,7 +12,7 @@ use super::options::{Options, Which};
 use super::schur::Layout;
 use super::shape::Shape;
 use super::{BundleError, gauge};
-use crate::scene::{CameraId, Geometry, ImageId, Scene};
+use crate::scene::{CameraId, Geometry, ImageId, Keypoints, Scene};
 
 /// All unknowns, in the frame of the adjustment.
 #[derive(Debug, Clone)]
@@ -59,6 +59,16 @@ pub(super) struct Problem {
 
 impl Problem {
     pub(super) fn new(scene: &Scene, options: &Options) -> Result<Self, BundleError> {
+        let (mut problem, tracks) = Self::counted(scene, options)?;
+        problem.lay_out(&tracks, options)?;
+        Ok(problem)
+    }
+
+    /// What is adjusted of a scene and the sightings of its points, not yet cut into chunks.
+    pub(super) fn counted(
+        scene: &Scene,
+        options: &Options,
+    ) -> Result<(Self, Vec<Sighted>), BundleError> {
         let geometry = scene.geometry.as_ref().ok_or(BundleError::NoGeometry)?;
         check_names(scene, options)?;
         let (images, camera_of, cameras) = number(geometry);
@@ -92,8 +102,8 @@ impl Problem {
             components: 0,
         };
         let tracks = problem.choose(geometry, options);
-        problem.lay_out(&tracks, options)?;
-        Ok(problem)
+        problem.count(&tracks)?;
+        Ok((problem, tracks))
     }
 
     /// The sightings of each point, by the problem's numbers of the images.
@@ -147,16 +157,17 @@ impl Problem {
 
     /// The points that are adjusted, and their sightings, sorted by the images that see them.
     fn choose(&mut self, geometry: &Geometry, options: &Options) -> Vec<Sighted> {
-        let numbers: BTreeMap<ImageId, u32> =
-            self.images.iter().zip(0..).map(|(&id, number)| (id, number)).collect();
+        let keypoints: Vec<&Keypoints> =
+            geometry.images.values().map(|image| &image.keypoints).collect();
         let mut chosen: Vec<(Sighted, usize, Vector3<f64>)> = Vec::new();
         for (index, point) in geometry.points.iter().enumerate() {
             let xyz = self.frame.point_in(point.xyz);
             let mut track: Sighted = Vec::with_capacity(point.track.len());
             for element in point.track {
-                let (image, keypoint) = (numbers[&element.image], element.keypoint);
-                let keypoints = &geometry.images[&element.image].keypoints;
-                let Some(seen) = keypoints.get(keypoint as usize) else { continue };
+                let keypoint = element.keypoint;
+                let Ok(place) = self.images.binary_search(&element.image) else { continue };
+                let Some(seen) = keypoints[place].get(keypoint as usize) else { continue };
+                let Ok(image) = place.try_into() else { continue };
                 let sighting = Sighting { xy: seen.xy, image, keypoint };
                 match self.residual(&sighting, &xyz) {
                     Some(_) => track.push(sighting),
@@ -184,11 +195,9 @@ impl Problem {
         chosen.into_iter().map(|(track, ..)| track).collect()
     }
 
-    pub(super) fn lay_out(
-        &mut self,
-        tracks: &[Sighted],
-        options: &Options,
-    ) -> Result<(), BundleError> {
+    /// Counts the sightings.
+    pub(super) fn count(&mut self, tracks: &[Sighted]) -> Result<(), BundleError> {
+        self.sightings.fill(0);
         for sighting in tracks.iter().flatten() {
             self.sightings[sighting.image as usize] += 1;
         }
@@ -198,6 +207,15 @@ impl Problem {
             let total = unprojectable + self.dropped.of_lone_points;
             return Err(BundleError::NoObservation { total, unprojectable });
         }
+        Ok(())
+    }
+
+    /// Cuts the points into chunks, once their sightings are counted, and gives every unknown its place.
+    pub(super) fn lay_out(
+        &mut self,
+        tracks: &[Sighted],
+        options: &Options,
+    ) -> Result<(), BundleError> {
         let (poses, pairs) = (options.mode.moves_poses(), options.mode.moves_points());
         let moving = if poses { self.images.len() } else { 0 };
         self.layout = Layout::new(moving, self.lenses.iter().map(|lens| lens.free.len()));

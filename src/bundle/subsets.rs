@@ -201,6 +201,7 @@ impl Sight<'_> {
             kept.push(at);
             kept_tracks.push(seen);
         }
+        problem.count(&kept_tracks)?;
         problem.lay_out(&kept_tracks, options)?;
         Ok((problem, kept))
     }

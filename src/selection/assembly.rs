@@ -195,8 +195,9 @@ impl<'a> System<'a> {
         let mut own = Told::default();
         self.tell(&mut own, point, seen, [[1.0, 0.0], [0.0, 1.0]]);
         for (start, rows) in &own.poses {
-            for at in 0..6 {
-                self.diagonal[start + at] += sign * (rows[0][at].powi(2) + rows[1][at].powi(2));
+            let sums = &mut self.diagonal[*start..];
+            for (sum, (across, down)) in sums.iter_mut().zip(rows[0].iter().zip(&rows[1])) {
+                *sum += sign * (across.powi(2) + down.powi(2));
             }
         }
         for (at, [across, down]) in &own.params {
@@ -293,7 +294,7 @@ impl<'a> System<'a> {
             let mut part = vec![first];
             let mut next = 0;
             while let Some(image) = part.get(next).and_then(|&slot| self.images[slot]) {
-                let partners = self.candidates.partners_of[image].iter();
+                let partners = self.candidates.partners_of(image).iter();
                 for slot in partners.filter_map(|&partner| self.slots[partner]) {
                     if !std::mem::replace(&mut is_done[slot], true) {
                         part.push(slot);

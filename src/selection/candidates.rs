@@ -3,6 +3,7 @@
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
 use std::ops::Range;
+use std::sync::OnceLock;
 
 use nalgebra::{DMatrix, Vector3};
 
@@ -27,8 +28,8 @@ pub struct Candidates {
     frames: Vec<usize>,
     /// The points that each image sees, ascending.
     pub(super) points_of: Vec<Vec<usize>>,
-    /// The images that see a point that an image sees, itself among them, ascending.
-    pub(super) partners_of: Vec<Vec<usize>>,
+    /// The images that see a point that an image sees, itself among them, ascending; made when first asked for.
+    partners: OnceLock<Vec<Vec<usize>>>,
     /// The parts of the image plane where each image sees something, ascending.
     pub(super) cells_of: Vec<Vec<usize>>,
     /// What each image tells of its camera, points held.
@@ -58,12 +59,11 @@ impl Candidates {
                 rows.params[rows.share(camera)].iter().map(|p| p.place).collect();
             mapping::mapping(&scene.cameras[id], &free)
         };
-        let points_of = points_of(&rows);
         Ok(Self {
-            partners_of: partners_of(&rows, &points_of),
+            partners: OnceLock::new(),
             ranks: ranks(&names, &rows.camera_of),
             frames: frames(scene.geometry.as_ref(), &rows.images),
-            points_of,
+            points_of: points_of(&rows),
             cells_of: cells_of(&rows, &grids.collect::<Vec<_>>()),
             own: information::own(&rows, sigma_px),
             mappings: rows.cameras.iter().enumerate().map(mapping).collect(),
@@ -139,6 +139,11 @@ impl Candidates {
     /// What an image tells of its own camera's parameters when points are held and its pose is free.
     pub fn own_information(&self, place: usize) -> &DMatrix<f64> {
         &self.own[place]
+    }
+
+    /// The images that see a point that an image sees, itself among them, ascending.
+    pub(super) fn partners_of(&self, image: usize) -> &[usize] {
+        &self.partners.get_or_init(|| partners_of(&self.rows, &self.points_of))[image]
     }
 
     /// A camera's share of the parameters; empty for one that took no image.
