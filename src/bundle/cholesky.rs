@@ -50,6 +50,12 @@ impl Dense {
         &mut self.values[row * self.size..=row * self.size + row]
     }
 
+    /// The row of this index in full; what is right of its diagonal counts for nothing.
+    #[inline(always)]
+    pub(crate) fn whole_row_mut(&mut self, row: usize) -> &mut [f64] {
+        &mut self.values[row * self.size..][..self.size]
+    }
+
     /// Eliminates the first columns; what is left of the others is their Schur complement. A pivot up to `null` means a direction
     /// that is not determined: it is left out, and counted; none when `null` is none and there is such a pivot.
     pub(crate) fn factor(

@@ -124,7 +124,7 @@ impl Chunk {
         for track in tracks {
             for sighting in track {
                 let image = place(&chunk.images, sighting.image)?;
-                chunk.sightings.push(Sighting { xy: sighting.xy, image });
+                chunk.sightings.push(Sighting { image, ..*sighting });
             }
             let end = chunk.sightings.len().try_into().map_err(|_| BundleError::TooLarge)?;
             chunk.ends.push(end);

@@ -16,7 +16,7 @@ use nalgebra::{DMatrix, DVector};
 use super::Loss;
 use super::chunk::Chunk;
 use super::clustered::{self, Fit};
-use super::covariance::{Covariance, FreeParam, Lambda, open_or_inverse};
+use super::covariance::{Covariance, FreeParam, Lambda, OpenDirection, open_or_inverse};
 use super::options::Options;
 use super::problem::{Problem, State};
 use super::schur::Layout;
@@ -40,17 +40,12 @@ pub(super) fn determined(
 ) -> Determined {
     let resting = problem.limits.resting(state);
     let unknowns = problem.unknowns(options).saturating_sub(resting.len());
-    let mut layout = problem.layout.clone();
-    resting.iter().for_each(|resting| layout.held[resting.unknown(&problem.layout)] = true);
+    let layout = layout_with_resting(problem, state);
     let residuals = 2 * problem.observations;
     let squared = Options { loss: Loss::Squared, ..options.clone() };
     let (lambda, nullity) = information(problem, &squared, state, &layout);
-    let of_params = |of: &dyn Fn(usize, usize) -> f64| -> Vec<f64> {
-        let number = |id| problem.cameras.binary_search(&id).unwrap_or_default();
-        free.iter().map(|param| of(number(param.camera), param.place)).collect()
-    };
-    let values = of_params(&|camera, place| state.params[camera][place]);
-    let weights = of_params(&|camera, place| problem.limits.weight(camera, place));
+    let values = of_params(problem, &free, |camera, place| state.params[camera][place]);
+    let weights = of_params(problem, &free, |camera, place| problem.limits.weight(camera, place));
     let found = open_or_inverse(&lambda, &values, residuals);
     let open = found.as_ref().err().map_or(0, Vec::len);
     let rank = unknowns.saturating_sub(nullity + open);
@@ -80,6 +75,35 @@ pub(super) fn determined(
         Ok(_) => {}
     }
     Determined { unknowns, rank, sigma_px, covariance: Some(covariance) }
+}
+
+/// The directions that the observations leave open at a state: all of what is determined that takes no covariance.
+pub(super) fn open(
+    problem: &Problem,
+    options: &Options,
+    state: &State,
+    free: &[FreeParam],
+) -> Vec<OpenDirection> {
+    let squared = Options { loss: Loss::Squared, ..options.clone() };
+    let layout = layout_with_resting(problem, state);
+    let (lambda, _) = information(problem, &squared, state, &layout);
+    let values = of_params(problem, free, |camera, place| state.params[camera][place]);
+    open_or_inverse(&lambda, &values, 2 * problem.observations).err().unwrap_or_default()
+}
+
+/// The layout in which parameters on a bound stay.
+fn layout_with_resting(problem: &Problem, state: &State) -> Layout {
+    let mut layout = problem.layout.clone();
+    for resting in problem.limits.resting(state) {
+        layout.held[resting.unknown(&problem.layout)] = true;
+    }
+    layout
+}
+
+/// Something of each free parameter, by the number of its camera and its place there.
+fn of_params(problem: &Problem, free: &[FreeParam], of: impl Fn(usize, usize) -> f64) -> Vec<f64> {
+    let number = |id| problem.cameras.binary_search(&id).unwrap_or_default();
+    free.iter().map(|param| of(number(param.camera), param.place)).collect()
 }
 
 /// Lambda at this state, and how many directions of poses and points are not determined.

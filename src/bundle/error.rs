@@ -52,6 +52,9 @@ pub enum BundleError {
         /// What it may take, in bytes.
         limit: usize,
     },
+    /// Pixels or a start that do not go with the scene.
+    #[error("the pixels or the start are of another scene: it has other images, points or cameras")]
+    OtherScene,
     /// More than 2^32 observations or blocks of them.
     #[error("a model of so many observations cannot be counted in 32 bits")]
     TooLarge,

@@ -27,6 +27,8 @@ pub(super) struct Placed {
 pub(super) struct Sighting {
     pub xy: [f64; 2],
     pub image: u32,
+    /// Its place among the keypoints of that image.
+    pub keypoint: u32,
 }
 
 /// A residual, projection less measurement, with its derivatives by the point in world coordinates and by the free parameters;
@@ -87,6 +89,19 @@ impl Placed {
     pub(super) fn see(&self, point: &Vector3<f64>) -> Vector3<f64> {
         self.rotation * point + self.translation
     }
+
+    /// Turned and moved by a step.
+    pub(super) fn moved(&self, [a, b, c, x, y, z]: [f64; 6]) -> Self {
+        let turn = self.turn * UnitQuaternion::from_scaled_axis(Vector3::new(a, b, c));
+        Self::new(turn, self.translation + self.rotation * Vector3::new(x, y, z))
+    }
+}
+
+/// d pixel / d pose of a point: turned about the world's origin, then moved, both in world coordinates.
+#[inline(always)]
+pub(super) fn wrt_pose(wrt_point: &[[f64; 3]; 2], point: &Vector3<f64>) -> [[f64; 6]; 2] {
+    let [x, y, z]: [f64; 3] = (*point).into();
+    wrt_point.map(|[a, b, c]| [y * c - z * b, z * a - x * c, x * b - y * a, a, b, c])
 }
 
 impl Kernel {

@@ -25,6 +25,7 @@ mod point;
 mod probe;
 mod problem;
 mod products;
+mod resection;
 mod rows;
 mod schur;
 mod sensitivity;
@@ -47,8 +48,9 @@ pub use options::{Bound, Mode, Of, Options, Prior, Refine, Which};
 pub use outcome::{Adjusted, CameraOutcome, Outcome, adjust, adjust_to_optimum};
 pub use probe::{Entry, Probe};
 pub use problem::Dropped;
+pub use resection::{Bystander, Seen};
 pub use sensitivity::{Sensed, Sensitivities};
-pub use subsets::{Refit, Subsets};
+pub use subsets::{Refit, Sight, Subsets};
 
 pub(crate) use cholesky::Dense;
 pub(crate) use sensitivity::eliminator;

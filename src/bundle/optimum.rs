@@ -152,7 +152,9 @@ impl Optimum {
                 problem.start.params[number] = padded(intrinsics.params());
             }
         }
-        problem.lay_out(&self.problem.tracks(), &self.options)?;
+        let tracks = self.problem.tracks();
+        problem.count(&tracks)?;
+        problem.lay_out(&tracks, &self.options)?;
         Ok(problem)
     }
 }

@@ -44,6 +44,19 @@ impl PointBlock {
         Self { square, diagonal, gradient }
     }
 
+    /// Sums over rows of which nothing is known but d pixel / d point.
+    #[inline(always)]
+    pub(super) fn of_derivatives<'a>(rows: impl Iterator<Item = &'a [[f64; 3]; 2]>) -> Self {
+        let mut square = [0.0; 6];
+        for [x, y, z] in rows.flatten() {
+            for (sum, value) in square.iter_mut().zip([x * x, y * x, y * y, z * x, z * y, z * z]) {
+                *sum += value;
+            }
+        }
+        let [xx, _, yy, _, _, zz] = square;
+        Self { square, diagonal: [xx, yy, zz], gradient: [0.0; 3] }
+    }
+
     /// Whether the undamped block is positive definite beyond rounding.
     pub(super) fn is_positive(&self) -> bool {
         /// Of the diagonal. More would take in sound points of small parallax, whose steps then are short for ever.

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use nalgebra::Vector3;
+use nalgebra::{Isometry3, Vector3};
 
 use super::chunk::{self, Chunk, Numbering, Sighted};
 use super::frame::Frame;
@@ -12,7 +12,7 @@ use super::options::{Options, Which};
 use super::schur::Layout;
 use super::shape::Shape;
 use super::{BundleError, gauge};
-use crate::scene::{CameraId, Geometry, ImageId, Scene};
+use crate::scene::{CameraId, Geometry, ImageId, Keypoints, Scene};
 
 /// All unknowns, in the frame of the adjustment.
 #[derive(Debug, Clone)]
@@ -59,17 +59,24 @@ pub(super) struct Problem {
 
 impl Problem {
     pub(super) fn new(scene: &Scene, options: &Options) -> Result<Self, BundleError> {
+        let (mut problem, tracks) = Self::counted(scene, options)?;
+        problem.lay_out(&tracks, options)?;
+        Ok(problem)
+    }
+
+    /// What is adjusted of a scene and the sightings of its points, not yet cut into chunks.
+    pub(super) fn counted(
+        scene: &Scene,
+        options: &Options,
+    ) -> Result<(Self, Vec<Sighted>), BundleError> {
         let geometry = scene.geometry.as_ref().ok_or(BundleError::NoGeometry)?;
         check_names(scene, options)?;
         let (images, camera_of, cameras) = number(geometry);
         let lenses = lenses(scene, &cameras, options);
         let limits = Limits::new(scene, &cameras, &lenses, options);
         let frame = Frame::of(&geometry.points.iter().map(|point| point.xyz).collect::<Vec<_>>());
-        let poses = images.iter().zip(geometry.poses()).map(|(&image, pose)| {
-            pose.map(|pose| frame.pose_in(&pose)).ok_or(BundleError::NoPose(image))
-        });
         let mut start = State {
-            poses: poses.collect::<Result<_, _>>()?,
+            poses: placed(&frame, &images, &geometry.poses())?,
             params: cameras
                 .iter()
                 .map(|id| padded(scene.cameras[id].intrinsics.params()))
@@ -95,8 +102,8 @@ impl Problem {
             components: 0,
         };
         let tracks = problem.choose(geometry, options);
-        problem.lay_out(&tracks, options)?;
-        Ok(problem)
+        problem.count(&tracks)?;
+        Ok((problem, tracks))
     }
 
     /// The sightings of each point, by the problem's numbers of the images.
@@ -108,13 +115,21 @@ impl Problem {
                 let track = chunk.sightings[start..end as usize].iter();
                 let outside = |seen: &Sighting| Sighting {
                     image: chunk.images[seen.image as usize],
-                    xy: seen.xy,
+                    ..*seen
                 };
                 tracks.push(track.map(outside).collect());
                 start = end as usize;
             }
         }
         tracks
+    }
+
+    /// What is left of a sighting of a point at the start; none if it cannot be projected.
+    pub(super) fn residual(&self, seen: &Sighting, point: &Vector3<f64>) -> Option<[f64; 2]> {
+        let image = seen.image as usize;
+        let camera = self.camera_of[image] as usize;
+        let residual = self.lenses[camera].kernel.residual;
+        residual(&self.start.params[camera], &self.start.poses[image], point, &seen.xy)
     }
 
     /// The same cameras and images, with no point yet.
@@ -142,25 +157,20 @@ impl Problem {
 
     /// The points that are adjusted, and their sightings, sorted by the images that see them.
     fn choose(&mut self, geometry: &Geometry, options: &Options) -> Vec<Sighted> {
-        let numbers: BTreeMap<ImageId, u32> =
-            self.images.iter().zip(0..).map(|(&id, number)| (id, number)).collect();
+        let keypoints: Vec<&Keypoints> =
+            geometry.images.values().map(|image| &image.keypoints).collect();
         let mut chosen: Vec<(Sighted, usize, Vector3<f64>)> = Vec::new();
         for (index, point) in geometry.points.iter().enumerate() {
             let xyz = self.frame.point_in(point.xyz);
             let mut track: Sighted = Vec::with_capacity(point.track.len());
             for element in point.track {
-                let image = numbers[&element.image];
-                let keypoints = &geometry.images[&element.image].keypoints;
-                let Some(keypoint) = keypoints.get(element.keypoint as usize) else { continue };
-                let camera = self.camera_of[image as usize] as usize;
-                let residual = (self.lenses[camera].kernel.residual)(
-                    &self.start.params[camera],
-                    &self.start.poses[image as usize],
-                    &xyz,
-                    &keypoint.xy,
-                );
-                match residual {
-                    Some(_) => track.push(Sighting { xy: keypoint.xy, image }),
+                let keypoint = element.keypoint;
+                let Ok(place) = self.images.binary_search(&element.image) else { continue };
+                let Some(seen) = keypoints[place].get(keypoint as usize) else { continue };
+                let Ok(image) = place.try_into() else { continue };
+                let sighting = Sighting { xy: seen.xy, image, keypoint };
+                match self.residual(&sighting, &xyz) {
+                    Some(_) => track.push(sighting),
                     None => self.dropped.unprojectable += 1,
                 }
             }
@@ -185,11 +195,9 @@ impl Problem {
         chosen.into_iter().map(|(track, ..)| track).collect()
     }
 
-    pub(super) fn lay_out(
-        &mut self,
-        tracks: &[Sighted],
-        options: &Options,
-    ) -> Result<(), BundleError> {
+    /// Counts the sightings.
+    pub(super) fn count(&mut self, tracks: &[Sighted]) -> Result<(), BundleError> {
+        self.sightings.fill(0);
         for sighting in tracks.iter().flatten() {
             self.sightings[sighting.image as usize] += 1;
         }
@@ -199,6 +207,15 @@ impl Problem {
             let total = unprojectable + self.dropped.of_lone_points;
             return Err(BundleError::NoObservation { total, unprojectable });
         }
+        Ok(())
+    }
+
+    /// Cuts the points into chunks, once their sightings are counted, and gives every unknown its place.
+    pub(super) fn lay_out(
+        &mut self,
+        tracks: &[Sighted],
+        options: &Options,
+    ) -> Result<(), BundleError> {
         let (poses, pairs) = (options.mode.moves_poses(), options.mode.moves_points());
         let moving = if poses { self.images.len() } else { 0 };
         self.layout = Layout::new(moving, self.lenses.iter().map(|lens| lens.free.len()));
@@ -253,6 +270,18 @@ impl Problem {
         let idle: usize = idle.map(|(_, (_, lens))| lens.free.len()).sum();
         moving + points - poses - idle
     }
+}
+
+/// The poses of images in a frame.
+pub(super) fn placed(
+    frame: &Frame,
+    images: &[ImageId],
+    poses: &[Option<Isometry3<f64>>],
+) -> Result<Vec<Placed>, BundleError> {
+    let placed = |(image, pose): (&ImageId, &Option<Isometry3<f64>>)| {
+        pose.as_ref().map(|pose| frame.pose_in(pose)).ok_or(BundleError::NoPose(*image))
+    };
+    images.iter().zip(poses).map(placed).collect()
 }
 
 pub(super) fn padded(params: &[f64]) -> Params {

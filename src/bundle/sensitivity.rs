@@ -6,8 +6,8 @@ use std::ops::Range;
 
 use nalgebra::Vector3;
 
-use super::chunk::Chunk;
-use super::linearize::{Lens, Row, Run};
+use super::chunk::Sighted;
+use super::linearize::{Lens, Row, Run, Sighting, wrt_pose};
 use super::options::{Options, Refine};
 use super::outcome::free_params;
 use super::point::{InverseFactor, PointBlock};
@@ -59,7 +59,8 @@ pub struct Sensed {
 impl Sensitivities {
     /// Those of a scene of which these parameters move.
     pub fn new(scene: &Scene, refine: Refine) -> Result<Self, BundleError> {
-        let problem = Problem::new(scene, &Options { refine, ..Options::default() })?;
+        let options = Options { refine, ..Options::default() };
+        let (problem, tracks) = Problem::counted(scene, &options)?;
         let mut next = 0;
         let share = |lens: &Lens| {
             next += lens.free.len();
@@ -81,36 +82,31 @@ impl Sensitivities {
             sensed: Vec::with_capacity(problem.observations),
             wrt_params: Vec::new(),
         };
-        problem.chunks.iter().for_each(|chunk| made.add(&problem, chunk));
+        tracks.iter().zip(&problem.start.points).for_each(|it| made.add(&problem, it));
         Ok(made)
     }
 
-    fn add(&mut self, problem: &Problem, chunk: &Chunk) {
+    fn add(&mut self, problem: &Problem, (track, &point): (&Sighted, &Vector3<f64>)) {
         let mut rows = [Row::ZERO];
-        let mut start = 0;
-        for (&end, &point) in chunk.ends.iter().zip(&problem.start.points[chunk.points.clone()]) {
-            for sighting in &chunk.sightings[start..end as usize] {
-                let image = chunk.images[sighting.image as usize] as usize;
-                let camera = self.camera_of[image];
-                let lens = &problem.lenses[camera];
-                let sightings = std::slice::from_ref(sighting);
-                let (images, poses) = (&chunk.images, &problem.start.poses);
-                let run = Run { point, sightings, images, poses };
-                let params = &problem.start.params[camera];
-                // What cannot be projected is no part of a problem.
-                if !(lens.kernel.linearize)(lens, params, &run, &mut rows) {
-                    continue;
-                }
-                let [Row { wrt_point, wrt_params, .. }] = rows;
-                let at = self.wrt_params.len();
-                self.sensed.push(Sensed { image, xy: sighting.xy, wrt_point, at });
-                wrt_params.iter().for_each(|row| {
-                    self.wrt_params.extend_from_slice(&row[..lens.free.len()]);
-                });
+        for sighting in track {
+            let image = sighting.image as usize;
+            let camera = self.camera_of[image];
+            let lens = &problem.lenses[camera];
+            let pose = &problem.start.poses[image..=image];
+            let sightings = &[Sighting { image: 0, ..*sighting }];
+            let run = Run { point, sightings, images: &[0], poses: pose };
+            // What cannot be projected is no part of a problem.
+            if !(lens.kernel.linearize)(lens, &problem.start.params[camera], &run, &mut rows) {
+                continue;
             }
-            self.ends.push(self.sensed.len());
-            start = end as usize;
+            let [Row { wrt_point, wrt_params, .. }] = &rows;
+            let at = self.wrt_params.len();
+            self.sensed.push(Sensed { image, xy: sighting.xy, wrt_point: *wrt_point, at });
+            for row in wrt_params {
+                self.wrt_params.extend_from_slice(&row[..lens.free.len()]);
+            }
         }
+        self.ends.push(self.sensed.len());
     }
 
     /// A camera's share of the parameters.
@@ -140,13 +136,11 @@ impl Sensed {
     /// d pixel / d pose, its two rows: turned about the world's origin, then moved, both in world coordinates.
     #[inline(always)]
     pub fn wrt_pose(&self, point: &Vector3<f64>) -> [[f64; 6]; 2] {
-        let [x, y, z]: [f64; 3] = (*point).into();
-        self.wrt_point.map(|[a, b, c]| [y * c - z * b, z * a - x * c, x * b - y * a, a, b, c])
+        wrt_pose(&self.wrt_point, point)
     }
 }
 
 /// What eliminates a point that is sensed so.
 pub(crate) fn eliminator(track: &[&Sensed]) -> InverseFactor {
-    let row = |seen: &&Sensed| Row { wrt_point: seen.wrt_point, ..Row::ZERO };
-    PointBlock::of::<false>(&track.iter().map(row).collect::<Vec<_>>()).factor(0.0)
+    PointBlock::of_derivatives(track.iter().map(|seen| &seen.wrt_point)).factor(0.0)
 }

@@ -3,6 +3,7 @@
 //! Knows nothing of files. What a scene refers to exists in it: whoever builds one checks that once, at the door.
 
 mod compact;
+mod estimates;
 mod id;
 mod keypoints;
 mod plausible;
@@ -12,6 +13,7 @@ mod subset;
 
 use std::collections::BTreeMap;
 
+pub use estimates::Estimates;
 pub use id::{CameraId, FrameId, ImageId, Point3DId, RigId};
 pub use keypoints::{Keypoint, Keypoints};
 pub use points::{Point3D, Points3D, Track, TrackElement};

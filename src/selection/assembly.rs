@@ -1,7 +1,11 @@
-//! The normal equations of some images, points eliminated: images leave and enter by taking out and re-adding their points.
+//! The normal equations of some images, points eliminated: images leave and enter sight by sight.
+//!
+//! With V the sum of P^T P over the sights that a point has, P = d pixel / d point, one more tells g^T (1 + P V^-1 P^T)^-1 g, where
+//! g is its row less what the others foretell of it, P V^-1 P_other^T times theirs: what a Kalman filter adds.
 
 use std::collections::BTreeSet;
 
+use multiversion::multiversion;
 use nalgebra::DMatrix;
 
 use super::Candidates;
@@ -26,12 +30,31 @@ pub(super) struct System<'a> {
     diagonal: Vec<f64>,
 }
 
-/// What a point, or an image's sight of it, adds to the rows of some unknowns.
-struct Carried {
-    /// The first of the unknowns.
-    start: usize,
-    /// L^-1 J_point^T J, a row for each unknown.
-    rows: Vec<[f64; 3]>,
+/// Rows that have numbers in the columns of some poses and parameters alone.
+#[derive(Debug, Clone)]
+struct Told<const ROWS: usize> {
+    /// With the first column of each pose; one that comes twice counts as the sum.
+    poses: Vec<(usize, [[f64; 6]; ROWS])>,
+    /// With the column of each parameter.
+    params: Vec<(usize, [f64; ROWS])>,
+}
+
+impl<const ROWS: usize> Default for Told<ROWS> {
+    fn default() -> Self {
+        Self { poses: Vec::with_capacity(8), params: Vec::with_capacity(8) }
+    }
+}
+
+impl Told<2> {
+    /// Makes other rows of the two.
+    fn map(&mut self, of: impl Fn([f64; 2]) -> [f64; 2]) {
+        for (_, [across, down]) in &mut self.poses {
+            for (a, d) in across.iter_mut().zip(down) {
+                [*a, *d] = of([*a, *d]);
+            }
+        }
+        self.params.iter_mut().for_each(|(_, rows)| *rows = of(*rows));
+    }
 }
 
 impl<'a> System<'a> {
@@ -44,7 +67,7 @@ impl<'a> System<'a> {
         let mut system = Self::empty(candidates, images, spare);
         let seen: BTreeSet<usize> =
             images.iter().flat_map(|&image| candidates.points_of[image].iter().copied()).collect();
-        seen.into_iter().for_each(|point| system.add(point, 1.0));
+        seen.into_iter().for_each(|point| system.add(point));
         system
     }
 
@@ -66,11 +89,9 @@ impl<'a> System<'a> {
 
     /// The same with some images left out and others in, for which there must be room.
     pub(super) fn exchanged(&self, out: &[usize], into: &[usize]) -> Self {
-        let of = |image: &usize| self.candidates.points_of[*image].iter().copied();
-        let touched: BTreeSet<usize> = out.iter().chain(into).flat_map(of).collect();
         let mut changed = self.clone();
-        touched.iter().for_each(|&point| changed.add(point, -1.0));
         for &image in out {
+            changed.change(image, -1.0);
             if let Some(slot) = changed.slots[image].take() {
                 changed.images[slot] = None;
             }
@@ -79,10 +100,31 @@ impl<'a> System<'a> {
             if let Some(slot) = changed.images.iter().position(Option::is_none) {
                 changed.clear(slot);
                 (changed.images[slot], changed.slots[image]) = (Some(image), Some(slot));
+                changed.change(image, 1.0);
             }
         }
-        touched.iter().for_each(|&point| changed.add(point, 1.0));
         changed
+    }
+
+    /// Adds, times `sign`, what an image with a slot tells together with the others.
+    fn change(&mut self, image: usize, sign: f64) {
+        let Candidates { rows, points_of, .. } = self.candidates;
+        for &point in &points_of[image] {
+            let has_slot = |seen: &&Sensed| self.slots[seen.image].is_some();
+            let (own, mut others): (Vec<&Sensed>, Vec<&Sensed>) =
+                rows.track(point).iter().filter(has_slot).partition(|seen| seen.image == image);
+            let is_lone = others.first().map(|it| it.image) == others.last().map(|it| it.image);
+            if is_lone || eliminator(&others).nullity > 0 {
+                let all: Vec<&Sensed> = others.iter().chain(&own).copied().collect();
+                self.add_seen(point, &others, -sign);
+                self.add_seen(point, &all, sign);
+                continue;
+            }
+            for seen in own {
+                self.add_sight(point, seen, &others, sign);
+                others.push(seen);
+            }
+        }
     }
 
     /// What rounding left of an image that has gone.
@@ -97,80 +139,96 @@ impl<'a> System<'a> {
         }
     }
 
-    /// Adds, times `sign`, what the images tell by a point; nothing if fewer than two see it.
-    fn add(&mut self, point: usize, sign: f64) {
-        let rows = &self.candidates.rows;
-        let track: Vec<&Sensed> =
-            rows.track(point).iter().filter(|seen| self.slots[seen.image].is_some()).collect();
-        if track.first().map(|it| it.image) == track.last().map(|it| it.image) {
+    /// Adds what the images tell by a point.
+    fn add(&mut self, point: usize) {
+        let track = self.candidates.rows.track(point).iter();
+        let seen: Vec<&Sensed> = track.filter(|seen| self.slots[seen.image].is_some()).collect();
+        self.add_seen(point, &seen, 1.0);
+    }
+
+    /// Adds, times `sign`, what some sights of a point tell; nothing if they are one image's.
+    fn add_seen(&mut self, point: usize, seen: &[&Sensed], sign: f64) {
+        if seen.iter().all(|it| it.image == seen[0].image) {
             return;
         }
-        let inverse = eliminator(&track);
-        let mut carried: Vec<Carried> = Vec::with_capacity(2 * track.len());
-        for seen in track {
-            let Some(slot) = self.slots[seen.image] else { continue };
-            let pose = seen.wrt_pose(&rows.points[point]);
-            let params = rows.wrt_params(seen);
-            let share = self.poses + rows.share(rows.camera_of[seen.image]).start;
-            self.add_products(6 * slot, &[&pose[0], &pose[1]], sign);
-            self.add_products(share, &params, sign);
-            self.add_border(share, &params, 6 * slot, &pose, sign);
-            for (start, own) in [(6 * slot, [&pose[0][..], &pose[1][..]]), (share, params)] {
-                let at = carried.iter().position(|it| it.start == start).unwrap_or_else(|| {
-                    carried.push(Carried { start, rows: vec![[0.0; 3]; own[0].len()] });
-                    carried.len() - 1
-                });
-                for (index, sum) in carried[at].rows.iter_mut().enumerate() {
-                    let [across, down] = seen.wrt_point;
-                    for (sum, (x, y)) in sum.iter_mut().zip(across.iter().zip(down)) {
-                        *sum += own[0][index] * x + own[1][index] * y;
-                    }
-                }
-            }
+        let inverse = eliminator(seen);
+        let mut carried = Told::<3>::default();
+        for seen in seen {
+            let [across, down] = seen.wrt_point.map(|row| inverse.times(&row));
+            let weights = std::array::from_fn(|axis| [across[axis], down[axis]]);
+            self.tell(&mut carried, point, seen, weights);
+            let own = self.own(point, seen, sign);
+            add_square(&mut self.dense, &own, sign);
         }
-        for row in carried.iter_mut().flat_map(|it| &mut it.rows) {
-            *row = inverse.times(row);
-        }
-        self.take_carried(&carried, sign);
+        add_square(&mut self.dense, &carried, -sign);
     }
 
-    /// J^T J of one block.
-    fn add_products(&mut self, start: usize, own: &[&[f64]; 2], sign: f64) {
-        for row in 0..own[0].len() {
-            let filled = &mut self.dense.row_mut(start + row)[start..];
-            for (column, sum) in filled.iter_mut().enumerate() {
-                *sum += sign * (own[0][row] * own[0][column] + own[1][row] * own[1][column]);
-            }
-            self.diagonal[start + row] += sign * (own[0][row].powi(2) + own[1][row].powi(2));
+    /// Adds, times `sign`, what one more sight of a point tells when these others are there, two images' at least: of its pixel,
+    /// what they do not foretell, by how little they do.
+    fn add_sight(&mut self, point: usize, seen: &Sensed, others: &[&Sensed], sign: f64) {
+        let inverse = eliminator(others);
+        let own = seen.wrt_point.map(|row| inverse.times(&row));
+        let dot = |a: &[f64; 3], b: &[f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+        // The factor of 1 + P V^-1 P^T: the covariance of the pixel less what is foretold of it.
+        let first = (1.0 + dot(&own[0], &own[0])).sqrt();
+        let lower = dot(&own[0], &own[1]) / first;
+        let second = (1.0 + dot(&own[1], &own[1]) - lower * lower).sqrt();
+        let whitened = |[across, down]: [f64; 2]| {
+            let across = across / first;
+            [across, (down - lower * across) / second]
+        };
+        let transposed = |[[a, b], [c, d]]: [[f64; 2]; 2]| [[a, c], [b, d]];
+        let mut told = self.own(point, seen, sign);
+        told.map(whitened);
+        for other in others {
+            let foretold = other.wrt_point.map(|row| {
+                let row = inverse.times(&row);
+                whitened([-dot(&own[0], &row), -dot(&own[1], &row)])
+            });
+            self.tell(&mut told, point, other, transposed(foretold));
         }
+        add_square(&mut self.dense, &told, sign);
     }
 
-    /// J^T J of parameters and a pose.
-    fn add_border(
-        &mut self,
-        start: usize,
-        params: &[&[f64]; 2],
-        pose_start: usize,
-        pose: &[[f64; 6]; 2],
-        sign: f64,
+    /// The rows of one sight by itself; they count on the diagonal, times `sign`.
+    fn own(&mut self, point: usize, seen: &Sensed, sign: f64) -> Told<2> {
+        let mut own = Told::default();
+        self.tell(&mut own, point, seen, [[1.0, 0.0], [0.0, 1.0]]);
+        for (start, rows) in &own.poses {
+            let sums = &mut self.diagonal[*start..];
+            for (sum, (across, down)) in sums.iter_mut().zip(rows[0].iter().zip(&rows[1])) {
+                *sum += sign * (across.powi(2) + down.powi(2));
+            }
+        }
+        for (at, [across, down]) in &own.params {
+            self.diagonal[*at] += sign * (across.powi(2) + down.powi(2));
+        }
+        own
+    }
+
+    /// Adds the two rows of a sight, weighed, to others.
+    fn tell<const ROWS: usize>(
+        &self,
+        told: &mut Told<ROWS>,
+        point: usize,
+        seen: &Sensed,
+        weights: [[f64; 2]; ROWS],
     ) {
-        for (row, (x, y)) in params[0].iter().zip(params[1]).enumerate() {
-            let filled = &mut self.dense.row_mut(start + row)[pose_start..pose_start + 6];
-            for (column, sum) in filled.iter_mut().enumerate() {
-                *sum += sign * (x * pose[0][column] + y * pose[1][column]);
-            }
-        }
-    }
-
-    fn take_carried(&mut self, carried: &[Carried], sign: f64) {
-        for later in carried {
-            for earlier in carried.iter().filter(|earlier| earlier.start <= later.start) {
-                for (row, [x, y, z]) in later.rows.iter().enumerate() {
-                    let filled = &mut self.dense.row_mut(later.start + row)[earlier.start..];
-                    for (sum, [a, b, c]) in filled.iter_mut().zip(&earlier.rows) {
-                        *sum -= sign * (x * a + y * b + z * c);
-                    }
-                }
+        let rows = &self.candidates.rows;
+        let Some(slot) = self.slots[seen.image] else { return };
+        let [across, down] = seen.wrt_pose(&rows.points[point]);
+        let weighed = |[x, y]: [f64; 2]| std::array::from_fn(|at| x * across[at] + y * down[at]);
+        told.poses.push((6 * slot, weights.map(weighed)));
+        let [across, down] = rows.wrt_params(seen);
+        let start = self.poses + rows.share(rows.camera_of[seen.image]).start;
+        let place = told.params.iter().position(|(at, _)| *at == start).unwrap_or_else(|| {
+            let count = told.params.len();
+            told.params.extend((start..start + across.len()).map(|at| (at, [0.0; ROWS])));
+            count
+        });
+        for ((_, sums), (a, d)) in told.params[place..].iter_mut().zip(across.iter().zip(down)) {
+            for (sum, [x, y]) in sums.iter_mut().zip(&weights) {
+                *sum += x * a + y * d;
             }
         }
     }
@@ -227,9 +285,7 @@ impl<'a> System<'a> {
 
     /// The slots of the images that shared points connect, part by part.
     fn parts(&self) -> Vec<Vec<usize>> {
-        let rows = &self.candidates.rows;
         let mut is_done = vec![false; self.images.len()];
-        let mut is_passed = vec![false; rows.points.len()];
         let mut parts = Vec::new();
         for first in 0..self.images.len() {
             if self.images[first].is_none() || std::mem::replace(&mut is_done[first], true) {
@@ -238,14 +294,10 @@ impl<'a> System<'a> {
             let mut part = vec![first];
             let mut next = 0;
             while let Some(image) = part.get(next).and_then(|&slot| self.images[slot]) {
-                for &point in &self.candidates.points_of[image] {
-                    if std::mem::replace(&mut is_passed[point], true) {
-                        continue;
-                    }
-                    for slot in rows.track(point).iter().filter_map(|seen| self.slots[seen.image]) {
-                        if !std::mem::replace(&mut is_done[slot], true) {
-                            part.push(slot);
-                        }
+                let partners = self.candidates.partners_of(image).iter();
+                for slot in partners.filter_map(|&partner| self.slots[partner]) {
+                    if !std::mem::replace(&mut is_done[slot], true) {
+                        part.push(slot);
                     }
                 }
                 next += 1;
@@ -253,5 +305,45 @@ impl<'a> System<'a> {
             parts.push(part);
         }
         parts
+    }
+}
+
+/// Adds, times `sign`, the products of rows with themselves.
+#[multiversion(targets("x86_64+avx2+fma"))]
+fn add_square<const ROWS: usize>(dense: &mut Dense, told: &Told<ROWS>, sign: f64) {
+    for (start, later) in &told.poses {
+        for at in 0..6 {
+            let row = dense.whole_row_mut(start + at);
+            let factors = later.map(|values| sign * values[at]);
+            for (column, earlier) in told.poses.iter().filter(|(column, _)| column <= start) {
+                add_to_six(&mut row[*column..], &factors, earlier);
+            }
+        }
+    }
+    for (at, later) in &told.params {
+        let row = dense.whole_row_mut(*at);
+        let factors = later.map(|value| sign * value);
+        for (column, earlier) in &told.poses {
+            add_to_six(&mut row[*column..], &factors, earlier);
+        }
+        for (column, earlier) in told.params.iter().filter(|(column, _)| column <= at) {
+            for (factor, value) in factors.iter().zip(earlier) {
+                row[*column] += factor * value;
+            }
+        }
+    }
+}
+
+#[inline(always)]
+fn add_to_six<const ROWS: usize>(
+    row: &mut [f64],
+    factors: &[f64; ROWS],
+    values: &[[f64; 6]; ROWS],
+) {
+    let Some(sums) = row.first_chunk_mut::<6>() else { return };
+    for (factor, values) in factors.iter().zip(values) {
+        for (sum, value) in sums.iter_mut().zip(values) {
+            *sum += factor * value;
+        }
     }
 }

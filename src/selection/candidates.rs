@@ -3,6 +3,7 @@
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
 use std::ops::Range;
+use std::sync::OnceLock;
 
 use nalgebra::{DMatrix, Vector3};
 
@@ -27,6 +28,8 @@ pub struct Candidates {
     frames: Vec<usize>,
     /// The points that each image sees, ascending.
     pub(super) points_of: Vec<Vec<usize>>,
+    /// The images that see a point that an image sees, itself among them, ascending; made when first asked for.
+    partners: OnceLock<Vec<Vec<usize>>>,
     /// The parts of the image plane where each image sees something, ascending.
     pub(super) cells_of: Vec<Vec<usize>>,
     /// What each image tells of its camera, points held.
@@ -57,6 +60,7 @@ impl Candidates {
             mapping::mapping(&scene.cameras[id], &free)
         };
         Ok(Self {
+            partners: OnceLock::new(),
             ranks: ranks(&names, &rows.camera_of),
             frames: frames(scene.geometry.as_ref(), &rows.images),
             points_of: points_of(&rows),
@@ -137,6 +141,11 @@ impl Candidates {
         &self.own[place]
     }
 
+    /// The images that see a point that an image sees, itself among them, ascending.
+    pub(super) fn partners_of(&self, image: usize) -> &[usize] {
+        &self.partners.get_or_init(|| partners_of(&self.rows, &self.points_of))[image]
+    }
+
     /// A camera's share of the parameters; empty for one that took no image.
     pub(super) fn share_of(&self, camera: CameraId) -> Range<usize> {
         self.rows.cameras.binary_search(&camera).map_or(0..0, |place| self.rows.share(place))
@@ -209,6 +218,16 @@ fn points_of(rows: &Sensitivities) -> Vec<Vec<usize>> {
     }
     points.iter_mut().for_each(Vec::dedup);
     points
+}
+
+fn partners_of(rows: &Sensitivities, points_of: &[Vec<usize>]) -> Vec<Vec<usize>> {
+    let partners = |points: &Vec<usize>| {
+        let mut is_partner = vec![false; points_of.len()];
+        let seen = points.iter().flat_map(|&point| rows.track(point));
+        seen.for_each(|seen| is_partner[seen.image] = true);
+        (0..points_of.len()).filter(|&image| is_partner[image]).collect()
+    };
+    points_of.iter().map(partners).collect()
 }
 
 /// A part of the image plane is so many cells wide and high; single cells would count points.

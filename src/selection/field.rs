@@ -31,6 +31,8 @@ pub(super) struct Field<'a> {
     pub seed: u64,
     /// The groups that see each point.
     seen_by: Vec<Vec<usize>>,
+    /// The groups that share points enough with each to hold together with it by themselves.
+    partners: Vec<Vec<usize>>,
 }
 
 impl<'a> Field<'a> {
@@ -53,16 +55,20 @@ impl<'a> Field<'a> {
             return Err(SelectionError::NoCamera(camera));
         }
         let all = groups.len();
-        let mut field = Self { candidates, seen_by: Vec::new(), groups, wanted, size, seed };
+        let (seen_by, partners) = (Vec::new(), Vec::new());
+        let mut field = Self { candidates, seen_by, partners, groups, wanted, size, seed };
         field.index();
         let kept = field.largest_part();
         if size > kept.len() {
             return Err(SelectionError::TooMany { size, pool: all, connected: kept.len() });
         }
-        let mut groups = std::mem::take(&mut field.groups).into_iter().enumerate();
-        field.groups =
-            groups.by_ref().filter(|(at, _)| kept.contains(at)).map(|(_, it)| it).collect();
-        field.index();
+        if kept.len() < all {
+            let mut is_kept = vec![false; all];
+            kept.into_iter().for_each(|group| is_kept[group] = true);
+            let mut kept = is_kept.into_iter();
+            field.groups.retain(|_| kept.next() == Some(true));
+            field.index();
+        }
         field.check_cameras()?;
         Ok(field)
     }
@@ -72,6 +78,29 @@ impl<'a> Field<'a> {
         for (group, Group { points, .. }) in self.groups.iter().enumerate() {
             points.iter().for_each(|&point| self.seen_by[point].push(group));
         }
+        let partners = |group: usize| {
+            let shared = self.shared_with(group).into_iter().enumerate();
+            shared.filter(|(_, shared)| *shared >= LEAST_SHARED).map(|(other, _)| other).collect()
+        };
+        self.partners = (0..self.groups.len()).map(partners).collect();
+    }
+
+    /// Whether some groups hang together by pairs of them; then also each with all the others.
+    pub(super) fn hangs_by_pairs(&self, groups: &[usize]) -> bool {
+        let mut is_left = vec![false; self.groups.len()];
+        groups.iter().for_each(|&group| is_left[group] = true);
+        let mut reached: Vec<usize> = groups.first().copied().into_iter().collect();
+        reached.iter().for_each(|&group| is_left[group] = false);
+        let mut next = 0;
+        while let Some(&group) = reached.get(next) {
+            for &partner in &self.partners[group] {
+                if std::mem::replace(&mut is_left[partner], false) {
+                    reached.push(partner);
+                }
+            }
+            next += 1;
+        }
+        reached.len() == groups.len()
     }
 
     /// The groups that see a point.
@@ -99,8 +128,8 @@ impl<'a> Field<'a> {
             let mut part = vec![first];
             let mut next = 0;
             while next < part.len() {
-                for (other, shared) in self.shared_with(part[next]).into_iter().enumerate() {
-                    if shared >= LEAST_SHARED && !std::mem::replace(&mut is_reached[other], true) {
+                for &other in &self.partners[part[next]] {
+                    if !std::mem::replace(&mut is_reached[other], true) {
                         part.push(other);
                     }
                 }

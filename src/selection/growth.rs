@@ -104,6 +104,7 @@ impl Field<'_> {
             }
             left.is_empty()
         };
-        (0..self.wanted.len()).all(shows) && groups.iter().any(reaches_all)
+        let hangs = || self.hangs_by_pairs(groups) || groups.iter().any(reaches_all);
+        (0..self.wanted.len()).all(shows) && hangs()
     }
 }

@@ -1,10 +1,11 @@
 //! What images tell of the intrinsics: exactly, with poses and points free, and by themselves, with points held.
 
-use nalgebra::{DMatrix, Matrix6};
+use multiversion::multiversion;
+use nalgebra::{DMatrix, Vector3};
 
 use super::Candidates;
 use super::assembly::System;
-use crate::bundle::Sensitivities;
+use crate::bundle::{Sensed, Sensitivities};
 use crate::scene::CameraId;
 
 /// An eigenvalue of the scaled information below this share of the largest is rounding: that direction is open.
@@ -117,42 +118,56 @@ impl Candidates {
     }
 }
 
-/// Adds so many times the values to the sums before which they stand.
-#[inline(always)]
-fn add_times(sums: &mut [f64], values: &[f64], times: f64) {
-    sums.iter_mut().zip(values).for_each(|(sum, value)| *sum += value * times);
-}
+/// The sum of products of rows of an image's pose and its camera's parameters.
+type Square<const WIDTH: usize> = [[f64; WIDTH]; WIDTH];
 
 /// What each image tells of its own camera when points are held and its pose is free: J_t^T (I - P_pose) J_t / sigma^2.
 pub(super) fn own(rows: &Sensitivities, sigma_px: f64) -> Vec<DMatrix<f64>> {
-    let count = |image: usize| rows.share(rows.camera_of[image]).len();
-    let mut sums: Vec<(Matrix6<f64>, DMatrix<f64>, DMatrix<f64>)> = (0..rows.images.len())
-        .map(|image| {
-            let count = count(image);
-            (Matrix6::zeros(), DMatrix::zeros(6, count), DMatrix::zeros(count, count))
-        })
-        .collect();
+    // Compiled for rows of two widths: the pose's six columns, and those of ten parameters or of all that a camera can have.
+    match (0..rows.cameras.len()).all(|camera| rows.share(camera).len() <= 10) {
+        true => own_of_width::<16>(rows, sigma_px),
+        false => own_of_width::<24>(rows, sigma_px),
+    }
+}
+
+fn own_of_width<const WIDTH: usize>(rows: &Sensitivities, sigma_px: f64) -> Vec<DMatrix<f64>> {
+    let mut squares = vec![[[0.0; WIDTH]; WIDTH]; rows.images.len()];
     for (point, place) in rows.points.iter().enumerate() {
-        for seen in rows.track(point) {
-            let (poses, borders, squares) = &mut sums[seen.image];
-            for (pose, params) in seen.wrt_pose(place).iter().zip(rows.wrt_params(seen)) {
-                for (column, &right) in pose.iter().enumerate() {
-                    add_times(&mut poses.as_mut_slice()[6 * column..], &pose[..=column], right);
-                }
-                let count = params.len();
-                for (column, &right) in params.iter().enumerate() {
-                    add_times(&mut borders.as_mut_slice()[6 * column..], pose, right);
-                    let square = &mut squares.as_mut_slice()[count * column..];
-                    add_times(square, &params[..=column], right);
-                }
+        add_squares(&mut squares, rows, rows.track(point), place);
+    }
+    let reduce = |(image, square): (usize, &Square<WIDTH>)| {
+        let count = rows.share(rows.camera_of[image]).len();
+        let part = |first_row: usize, first_column: usize, height: usize, width: usize| {
+            DMatrix::from_fn(height, width, |row, column| {
+                let (row, column) = (first_row + row, first_column + column);
+                square[row.max(column)][row.min(column)]
+            })
+        };
+        let border = part(0, 6, 6, count);
+        let inverse = pseudo_inverse(&part(0, 0, 6, 6));
+        (part(6, 6, count, count) - border.tr_mul(&(inverse * &border))) / (sigma_px * sigma_px)
+    };
+    squares.iter().enumerate().map(reduce).collect()
+}
+
+#[multiversion(targets("x86_64+avx2+fma"))]
+fn add_squares<const WIDTH: usize>(
+    squares: &mut [Square<WIDTH>],
+    rows: &Sensitivities,
+    track: &[Sensed],
+    place: &Vector3<f64>,
+) {
+    for seen in track {
+        let square = &mut squares[seen.image];
+        for (pose, params) in seen.wrt_pose(place).iter().zip(rows.wrt_params(seen)) {
+            let mut row = [0.0; WIDTH];
+            let (first, rest) = row.split_at_mut(6);
+            first.copy_from_slice(pose);
+            rest[..params.len()].copy_from_slice(params);
+            for (sums, &left) in square.iter_mut().zip(&row[..6 + params.len()]) {
+                // In full, since a width that is known is quicker than half the work.
+                sums.iter_mut().zip(&row).for_each(|(sum, right)| *sum += left * right);
             }
         }
     }
-    let reduce = |(poses, border, mut square): (Matrix6<f64>, DMatrix<f64>, DMatrix<f64>)| {
-        let pose = |row: usize, column: usize| poses[(row.min(column), row.max(column))];
-        let inverse = pseudo_inverse(&DMatrix::from_fn(6, 6, pose));
-        square.fill_lower_triangle_with_upper_triangle();
-        (square - border.tr_mul(&(inverse * &border))) / (sigma_px * sigma_px)
-    };
-    sums.into_iter().map(reduce).collect()
 }

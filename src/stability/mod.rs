@@ -49,7 +49,7 @@ pub use prediction::remarks::MOST_BIRGE;
 pub use prediction::{Consistency, Direction, PredictedSpread, Prediction, Ratio, RunPrediction};
 pub use refinement::{
     Adjustment, AsLeft, ClusteredCovariance, LeftSpread, RefinedCamera, Refinement,
-    RefinementOptions, Stopped, failure_of_sample,
+    RefinementOptions, Stopped, failure_of_refit, failure_of_sample,
 };
 pub use remarks::p_in_words;
 pub use run::Run;

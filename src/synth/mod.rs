@@ -18,8 +18,8 @@ use nalgebra::{Isometry3, Vector2, Vector3};
 
 pub use lens::camera;
 pub use random::{Purpose, Random};
-pub use redraw::with_redrawn_noise;
-pub use start::with_start_off;
+pub use redraw::{Noiseless, with_redrawn_noise};
+pub use start::Starts;
 pub use world::{Views, World};
 
 use crate::camera::Intrinsics;

@@ -69,6 +69,12 @@ impl Random {
         radius * (TAU * self.uniform(0.0, 1.0)).cos()
     }
 
+    /// Passes over a normally distributed number.
+    pub fn pass_normal(&mut self) {
+        self.bits();
+        self.bits();
+    }
+
     /// A point of a box around the origin with these half sides.
     pub fn in_box(&mut self, half: [f64; 3]) -> Vector3<f64> {
         Vector3::from(half.map(|half| self.uniform(-half, half)))
@@ -135,6 +141,14 @@ mod tests {
             let allowed = 4.5 * f64::sqrt(variance / f64::from(count));
             assert!((moment - mean).abs() < allowed, "moment {power} is {moment}");
         }
+    }
+
+    #[test]
+    fn what_is_passed_over_is_what_would_have_been_drawn() {
+        let [mut one, mut other] = [0, 0].map(|run| Random::new(1, run, Purpose::Noise));
+        one.normal();
+        other.pass_normal();
+        assert_eq!(one.normal().to_bits(), other.normal().to_bits());
     }
 
     #[test]

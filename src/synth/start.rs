@@ -6,7 +6,7 @@ use super::Estimate;
 use super::random::{Purpose, Random};
 use super::world::placed;
 use crate::camera::ParamClass;
-use crate::scene::{Camera, ImageId, Point3D, Points3D, Scene};
+use crate::scene::{Camera, Estimates, ImageId, Point3D, Points3D, Scene};
 
 /// By this many radians rotations are off when all else is off by 1: 10 m away, what a camera's place does by 1 m.
 const RADIANS: f64 = 0.1;
@@ -27,31 +27,43 @@ impl Estimate {
     }
 }
 
-/// A scene that a last adjustment would bring back: focal lengths and distortion off by this share of themselves (std), rotations
-/// about each axis by a tenth of that in rad, camera centres and points by a tenth of it of the median distance between
-/// cameras and what they see. Every image has a pose of its own then, rigs are dissolved; images without a pose stay. Each run
-/// of a seed is off in its own way.
-pub fn with_start_off(mut scene: Scene, off: f64, seed: u64, run: u64) -> Scene {
-    let mut random = Random::new(seed, run, Purpose::Start);
-    for camera in scene.cameras.values_mut() {
-        *camera = camera_off_by(camera, off, &mut random);
+/// Starts from which a last adjustment would bring a scene back.
+#[derive(Debug, Clone)]
+pub struct Starts {
+    estimates: Estimates,
+    /// The median from points to the first camera that sees them.
+    distance: f64,
+}
+
+impl Starts {
+    /// Starts around the scene as it is.
+    pub fn around(scene: &Scene) -> Self {
+        let estimates = scene.estimates();
+        let distance = scene.geometry.as_ref().map_or(0.0, |geometry| {
+            median_distance(geometry.images.keys().copied().zip(&estimates.poses), &geometry.points)
+        });
+        Self { estimates, distance }
     }
-    let Some(geometry) = &mut scene.geometry else { return scene };
-    let poses = geometry.poses();
-    let distance = median_distance(geometry.images.keys().copied().zip(&poses), &geometry.points);
-    for (image, pose) in geometry.images.values_mut().zip(poses) {
-        let Some(pose) = pose else { continue };
-        let off = off * RADIANS;
-        image.cam_from_world = pose_off_by(&pose, off, off * distance, &mut random).into();
+
+    /// One of them: focal lengths and distortion off by this share of themselves (std), rotations about each axis by a tenth of
+    /// that in rad, camera centres and points by a tenth of it of the median distance between cameras and what they see. Each run
+    /// of a seed is off in its own way.
+    pub fn off_by(&self, off: f64, seed: u64, run: u64) -> Estimates {
+        let mut random = Random::new(seed, run, Purpose::Start);
+        let Estimates { mut cameras, mut poses, mut points } = self.estimates.clone();
+        for camera in cameras.values_mut() {
+            *camera = camera_off_by(camera, off, &mut random);
+        }
+        let turned = off * RADIANS;
+        let moved = turned * self.distance;
+        for pose in poses.iter_mut().flatten() {
+            *pose = pose_off_by(pose, turned, moved, &mut random);
+        }
+        for point in &mut points {
+            *point = (Vector3::from(*point) + moved * random.normals()).into();
+        }
+        Estimates { cameras, poses, points }
     }
-    geometry.mounting = None;
-    let mut points = Points3D::default();
-    for point in geometry.points.iter() {
-        let xyz = Vector3::from(point.xyz) + off * RADIANS * distance * random.normals();
-        points.push(Point3D { xyz: xyz.into(), ..point });
-    }
-    geometry.points = points;
-    scene
 }
 
 /// From each point to the first camera that sees it; zero without any.

@@ -5,13 +5,14 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::super::field::Field;
 use super::super::{Candidates, Heuristic, Request, SelectionError};
 use super::plan::{Noise, Plan, Pool};
-use crate::bundle::{self, BundleError, Mode, Options, Outcome};
+use crate::bundle::{self, BundleError, Mode, Options, Outcome, Subsets};
 use crate::scene::{
-    Camera, CameraId, ImageId, Keypoint, Keypoints, Point3D, Points3D, Scene, TrackElement,
+    Camera, CameraId, Estimates, ImageId, Keypoint, Keypoints, Point3D, Points3D, Scene,
+    TrackElement,
 };
 use crate::stability::spread::View;
 use crate::stability::{InputFile, failure_of_sample, views};
-use crate::synth::{Purpose, Random, with_redrawn_noise, with_start_off};
+use crate::synth::{Noiseless, Purpose, Random, Starts};
 
 /// How far off every adjustment starts: intrinsics by a hundredth of themselves, poses and points by a few px.
 const START_OFF: f64 = 0.01;
@@ -69,8 +70,13 @@ pub(super) struct Ground {
     pub has_truth: bool,
     /// Images or frames that hang together.
     pub unit_count: usize,
-    /// What each repeat sees with its own noise, or as it was measured.
-    world: Scene,
+    /// The model's structure, of which every choice is a mask.
+    pub subsets: Subsets,
+    /// What is seen, as it was measured and without noise.
+    measured: Vec<Vec<[f64; 2]>>,
+    noiseless: Noiseless,
+    /// Where adjustments start from: off the full reconstruction.
+    starts: Starts,
 }
 
 impl Ground {
@@ -103,6 +109,8 @@ impl Ground {
             world.cameras.extend(truth);
             world = adjusted(world, Mode::BundleAdjustment, plan)?.0;
         }
+        let noiseless = Noiseless::of(&world);
+        world.cameras.clone_from(&cameras);
         let all: Vec<usize> = (0..candidates.image_count()).collect();
         let least = wanted.len().max(2);
         let unit_count = Field::new(&candidates, &request(&all, least, 0, plan))?.groups.len();
@@ -117,7 +125,10 @@ impl Ground {
             sigma_px,
             has_truth,
             unit_count,
-            world,
+            measured: world.pixels(),
+            noiseless,
+            subsets: Subsets::new(&world, &options(Mode::SelfCalibration, plan))?,
+            starts: Starts::around(&world),
         })
     }
 
@@ -138,13 +149,12 @@ impl Ground {
     }
 
     /// What a repeat sees, and from where its adjustments start.
-    pub(super) fn seen(&self, plan: &Plan, repeat: &Repeat) -> Scene {
-        let mut seen = self.world.clone();
-        if plan.noise == Noise::Redraw {
-            seen = with_redrawn_noise(seen, self.sigma_px, plan.seed, repeat.stream);
-        }
-        seen.cameras.clone_from(&self.refined);
-        with_start_off(seen, START_OFF, plan.seed, repeat.stream)
+    pub(super) fn seen(&self, plan: &Plan, repeat: &Repeat) -> (Vec<Vec<[f64; 2]>>, Estimates) {
+        let pixels = match plan.noise {
+            Noise::Redraw => self.noiseless.with_noise(self.sigma_px, plan.seed, repeat.stream),
+            Noise::Keep => self.measured.clone(),
+        };
+        (pixels, self.starts.off_by(START_OFF, plan.seed, repeat.stream))
     }
 
     pub(super) fn ids(&self, images: &[usize]) -> BTreeSet<ImageId> {
@@ -172,9 +182,12 @@ pub(super) fn request<'a>(pool: &'a [usize], size: usize, seed: u64, plan: &Plan
     Request { pool, size, seed, unit: plan.unit, camera: plan.camera }
 }
 
+fn options(mode: Mode, plan: &Plan) -> Options {
+    Options { mode, refine: plan.refine.clone(), ..Options::default() }
+}
+
 fn adjusted(scene: Scene, mode: Mode, plan: &Plan) -> Result<(Scene, Outcome), GroundError> {
-    let options = Options { mode, refine: plan.refine.clone(), ..Options::default() };
-    let adjusted = bundle::adjust(scene, &options, &mut |_| {})?;
+    let adjusted = bundle::adjust(scene, &options(mode, plan), &mut |_| {})?;
     let cameras = adjusted.outcome.cameras.iter().filter(|camera| camera.images > 0);
     match cameras.filter_map(|camera| failure_of_sample(&adjusted.outcome, camera.id)).next() {
         Some(failure) => Err(GroundError::Refinement(failure)),

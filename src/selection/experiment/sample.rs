@@ -8,9 +8,10 @@ use serde::{Deserialize, Serialize};
 use super::ground::{Ground, Repeat, request};
 use super::held_out;
 use super::plan::Plan;
-use crate::bundle::{self, Options};
-use crate::scene::Scene;
-use crate::stability::failure_of_sample;
+use crate::bundle::{BundleError, Sight};
+use crate::camera::Intrinsics;
+use crate::scene::CameraId;
+use crate::stability;
 
 /// A repeat of a model at a size: all heuristics choose from the same pool, and see the same noise.
 #[derive(
@@ -64,7 +65,8 @@ struct Given {
 pub(super) fn samples(ground: &Ground, plan: &Plan, draw: Draw) -> Vec<Sample> {
     let repeat = Repeat::new(plan, draw.model, draw.repeat);
     let pool = ground.pool(plan, &repeat);
-    let seen = ground.seen(plan, &repeat);
+    let (pixels, start) = ground.seen(plan, &repeat);
+    let sight = ground.subsets.seen(&pixels, &start);
     // Heuristics that choose the same images get the same lens.
     let mut known: BTreeMap<Vec<usize>, Given> = BTreeMap::new();
     let sample = |heuristic: &&'static super::super::Heuristic| {
@@ -77,9 +79,8 @@ pub(super) fn samples(ground: &Ground, plan: &Plan, draw: Draw) -> Vec<Sample> {
                 let mut images: Vec<usize> =
                     choices.into_iter().flat_map(|choice| choice.images).collect();
                 images.sort_unstable();
-                let given = known
-                    .entry(images.clone())
-                    .or_insert_with(|| give(ground, plan, &seen, &images));
+                let given =
+                    known.entry(images.clone()).or_insert_with(|| give(ground, &sight, &images));
                 let given = given.clone();
                 (images, given)
             }
@@ -95,21 +96,28 @@ pub(super) fn samples(ground: &Ground, plan: &Plan, draw: Draw) -> Vec<Sample> {
     plan.heuristics.iter().map(sample).collect()
 }
 
-fn give(ground: &Ground, plan: &Plan, seen: &Scene, images: &[usize]) -> Given {
-    let failed = |failure: String| Given { failure: Some(failure), ..Given::default() };
-    let options = Options { refine: plan.refine.clone(), ..Options::default() };
-    let subset = seen.with_images(&ground.ids(images));
-    let adjusted = match bundle::adjust(subset, &options, &mut |_| {}) {
-        Ok(adjusted) => adjusted,
-        Err(error) => return failed(error.to_string()),
-    };
-    let mut cameras = Vec::with_capacity(ground.wanted.len());
-    for &id in &ground.wanted {
-        if let Some(failure) = failure_of_sample(&adjusted.outcome, id) {
-            return failed(format!("camera {id}: {failure}"));
+fn give(ground: &Ground, sight: &Result<Sight<'_>, BundleError>, images: &[usize]) -> Given {
+    let refit = |sight: &Sight<'_>| {
+        let refit = sight.adjust(&ground.ids(images)).map_err(|error| error.to_string())?;
+        let open = refit.open();
+        let failure = |&id: &CameraId| {
+            Some(format!("camera {id}: {}", stability::failure_of_refit(&refit, &open, id)?))
+        };
+        match ground.wanted.iter().find_map(failure) {
+            Some(failure) => Err(failure),
+            None => Ok((held_out::median_px(sight, &refit), refit.intrinsics)),
         }
-        let params = adjusted.scene.cameras[&id].intrinsics.params().to_vec();
-        cameras.push(SampledCamera { camera_id: id.0, params });
+    };
+    match sight.as_ref().map_err(BundleError::to_string).and_then(refit) {
+        Err(failure) => Given { failure: Some(failure), ..Given::default() },
+        Ok((held_out_px, intrinsics)) => {
+            let is_wanted = |(id, _): &&(CameraId, Intrinsics)| ground.wanted.contains(id);
+            let camera = |(id, lens): &(CameraId, Intrinsics)| SampledCamera {
+                camera_id: id.0,
+                params: lens.params().to_vec(),
+            };
+            let cameras = intrinsics.iter().filter(is_wanted).map(camera).collect();
+            Given { failure: None, cameras, held_out_px }
+        }
     }
-    Given { failure: None, cameras, held_out_px: held_out::median_px(seen, &adjusted.scene) }
 }

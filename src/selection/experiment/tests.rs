@@ -81,6 +81,28 @@ fn errors_are_as_large_as_the_covariance_of_the_images_says() {
 }
 
 #[test]
+fn every_repeat_of_every_model_sees_noise_of_its_own_unless_noise_is_kept() {
+    let scene = scene(1, 12, 150);
+    for noise in [Noise::Redraw, Noise::Keep] {
+        let plan = Plan { noise, pool: Pool::Random(1.0), ..plan(vec![&RANDOM], &[12], 6) };
+        let experiment = Experiment::new(plan, vec![input(scene.clone()), input(scene.clone())]);
+        let found = result(&experiment.unwrap());
+        let focal: Vec<f64> =
+            found.samples.iter().map(|it| it.sample.cameras[0].params[0]).collect();
+        let mut count = 0;
+        for (at, one) in focal.iter().enumerate() {
+            for other in &focal[..at] {
+                // Adjustments of the same pixels end within a millionth of the std, which is about a thousandth of the value.
+                let is_same = (one / other - 1.0).abs() < 1e-7;
+                assert_eq!(is_same, noise == Noise::Keep, "{one} {other}");
+                count += 1;
+            }
+        }
+        assert_eq!(count, 66);
+    }
+}
+
+#[test]
 fn images_held_out_see_points_off_by_the_noise_and_what_is_unknown_of_the_points() {
     let plan = plan(vec![&RANDOM], &[10], 4);
     let experiment = Experiment::new(plan, vec![input(scene(1, 24, 150))]).unwrap();

@@ -39,12 +39,12 @@ fn choose(field: &Field<'_>) -> Result<Vec<Choice>, SelectionError> {
         tried.truncate(if is_first { 1 } else { MOST_TRIED });
         let images = field.images_of(&growth.chosen);
         let system = System::with_room(field.candidates, &images, widest);
-        let now = error_px(field, &system, &prior);
+        let now = error_px(field, system.clone(), &prior);
         let errors: Vec<Option<f64>> = tried
             .par_iter()
             .map(|&group| {
                 let grown = system.exchanged(&[], &field.groups[group].images);
-                error_px(field, &grown, &prior)
+                error_px(field, grown, &prior)
             })
             .collect();
         let best = errors.iter().zip(&tried).filter_map(|(error, &group)| Some(((*error)?, group)));
@@ -73,7 +73,7 @@ fn prior(field: &Field<'_>) -> DMatrix<f64> {
 }
 
 /// The root of the expected mapping error with the prior, in px.
-fn error_px(field: &Field<'_>, system: &System<'_>, prior: &DMatrix<f64>) -> Option<f64> {
-    let information = Information { matrix: system.clone().information().matrix + prior };
+fn error_px(field: &Field<'_>, system: System<'_>, prior: &DMatrix<f64>) -> Option<f64> {
+    let information = Information { matrix: system.information().matrix + prior };
     Some(field.candidates.mapping_error(&information, &field.wanted)?.sqrt())
 }

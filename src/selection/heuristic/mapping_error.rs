@@ -57,7 +57,7 @@ pub fn elimination_order(
 fn eliminated(field: &Field<'_>) -> Result<Vec<usize>, SelectionError> {
     let mut left: Vec<usize> = (0..field.groups.len()).collect();
     let all = field.images_of(&left);
-    if error_px(field, &System::new(field.candidates, &all)).is_none() {
+    if error_px(field, System::new(field.candidates, &all)).is_none() {
         return Err(SelectionError::Undetermined(all.len()));
     }
     let mut order = Vec::new();
@@ -84,7 +84,7 @@ fn polish(field: &Field<'_>, mut groups: Vec<usize>) -> Option<Chosen> {
     loop {
         groups.sort_unstable();
         let system = System::with_room(field.candidates, &field.images_of(&groups), widest);
-        let now = error_px(field, &system)?;
+        let now = error_px(field, system.clone())?;
         let others = (0..field.groups.len()).filter(|group| !groups.contains(group));
         let pairs: Vec<(usize, usize)> =
             others.flat_map(|into| (0..groups.len()).map(move |out| (out, into))).collect();
@@ -99,7 +99,7 @@ fn polish(field: &Field<'_>, mut groups: Vec<usize>) -> Option<Chosen> {
                 let mut changed = groups.clone();
                 changed[out] = into;
                 field.is_sound(&changed).then_some(())?;
-                error_px(field, &without[out].exchanged(&[], &field.groups[into].images))
+                error_px(field, without[out].exchanged(&[], &field.groups[into].images))
             })
             .collect();
         match least(&errors) {
@@ -117,7 +117,7 @@ impl Chosen {
         let choice = |&group: &usize| {
             let images = field.groups[group].images.clone();
             let now = self.error_px;
-            let error = error_px(field, &system.exchanged(&images, &[]));
+            let error = error_px(field, system.exchanged(&images, &[]));
             let (gain, reason) = match error {
                 Some(error) => {
                     let words = format!(
@@ -145,12 +145,12 @@ fn error_without(
 ) -> Option<f64> {
     let left: Vec<usize> = groups.iter().copied().filter(|&group| group != out).collect();
     field.is_sound(&left).then_some(())?;
-    error_px(field, &system.exchanged(&field.groups[out].images, &[]))
+    error_px(field, system.exchanged(&field.groups[out].images, &[]))
 }
 
 /// The root of the expected mapping error, in px.
-fn error_px(field: &Field<'_>, system: &System<'_>) -> Option<f64> {
-    let information = system.clone().information();
+fn error_px(field: &Field<'_>, system: System<'_>) -> Option<f64> {
+    let information = system.information();
     Some(field.candidates.mapping_error(&information, &field.wanted)?.sqrt())
 }
 

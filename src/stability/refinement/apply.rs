@@ -3,7 +3,7 @@
 use super::super::run::CameraInRun;
 use super::super::{Correlations, Run};
 use super::{ClusteredCovariance, Refined};
-use crate::bundle::{CameraOutcome, Outcome};
+use crate::bundle::{CameraOutcome, Covariance, Outcome, Refit};
 use crate::camera::Model;
 use crate::least_squares::Reason;
 use crate::scene::{Camera, CameraId};
@@ -54,10 +54,14 @@ pub(super) fn failure_of_run(result: &Refined) -> Option<String> {
 
 /// Why no camera of an adjustment that came to an end counts.
 pub(in crate::stability) fn failure_of_outcome(outcome: &Outcome) -> Option<String> {
-    match outcome.reason {
+    failure_to_converge(outcome.reason, outcome.iterations)
+}
+
+fn failure_to_converge(reason: Reason, iterations: usize) -> Option<String> {
+    match reason {
         Reason::Converged | Reason::Rounding => None,
         Reason::IterationLimit => {
-            Some(format!("stopped after {} steps without convergence", outcome.iterations))
+            Some(format!("stopped after {iterations} steps without convergence"))
         }
         Reason::Stuck => Some("stopped without convergence: no step leads downhill".to_owned()),
     }
@@ -66,9 +70,14 @@ pub(in crate::stability) fn failure_of_outcome(outcome: &Outcome) -> Option<Stri
 /// Why this camera of a run that converged does not count.
 pub(super) fn failure_of_camera(outcome: &Outcome, camera: &CameraOutcome) -> Option<String> {
     if camera.images == 0 {
-        return Some("none of its images has an observation that takes part".to_owned());
+        return Some(UNSEEN.to_owned());
     }
-    let open = undetermined(outcome, camera);
+    failure_to_determine(&undetermined(outcome, camera))
+}
+
+const UNSEEN: &str = "none of its images has an observation that takes part";
+
+fn failure_to_determine(open: &[String]) -> Option<String> {
     (!open.is_empty()).then(|| format!("the observations do not determine {}", open.join("; ")))
 }
 
@@ -78,10 +87,23 @@ pub fn failure_of_sample(outcome: &Outcome, camera: CameraId) -> Option<String> 
     failure_of_outcome(outcome).or_else(|| own.and_then(|own| failure_of_camera(outcome, own)))
 }
 
+/// Why this camera of a refit, which leaves these directions open, is no sample of it.
+pub fn failure_of_refit(refit: &Refit, open: &Covariance, camera: CameraId) -> Option<String> {
+    failure_to_converge(refit.reason, refit.iterations).or_else(|| {
+        match refit.intrinsics.iter().any(|(id, _)| *id == camera) {
+            true => failure_to_determine(&open_in_words(open, camera)),
+            false => Some(UNSEEN.to_owned()),
+        }
+    })
+}
+
 /// The directions that the observations leave open and this camera takes part in, in words.
 pub(super) fn undetermined(outcome: &Outcome, camera: &CameraOutcome) -> Vec<String> {
-    let Some(covariance) = &outcome.covariance else { return Vec::new() };
-    let takes_part = |at: usize| covariance.params[at].camera == camera.id;
+    outcome.covariance.as_ref().map_or_else(Vec::new, |it| open_in_words(it, camera.id))
+}
+
+fn open_in_words(covariance: &Covariance, camera: CameraId) -> Vec<String> {
+    let takes_part = |at: usize| covariance.params[at].camera == camera;
     let open = covariance.open.iter();
     open.filter(|direction| direction.changes.iter().any(|(at, _)| takes_part(*at)))
         .map(|direction| covariance.words(direction))

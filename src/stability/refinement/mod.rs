@@ -8,8 +8,8 @@ pub(super) mod testing;
 #[cfg(test)]
 mod tests;
 
-pub use apply::failure_of_sample;
 pub(super) use apply::{Origin, failure_of_outcome, predicted_correlations, refined};
+pub use apply::{failure_of_refit, failure_of_sample};
 pub use clustered::ClusteredCovariance;
 
 use schemars::JsonSchema;
