@@ -1,12 +1,13 @@
 //! From where the images were taken, and how often each heuristic chose each: a panel a heuristic.
 
+use super::choices::Choices;
 use super::color::GREY;
 use super::drawing::{Drawing, Point, Rect};
 use super::font::Font;
 use super::page::MARGIN;
 use super::panels::Panels;
 use super::ramp::{BAR_HEIGHT, Ramp};
-use crate::selection::experiment::{Cell, ModelRecord, Selection};
+use crate::selection::experiment::Cell;
 
 const WIDTH: f64 = 240.0;
 /// A path along a line is drawn in a band of this share of the width, and none is higher than wide.
@@ -14,15 +15,10 @@ const LOWEST: f64 = 0.35;
 const INSET: f64 = 10.0;
 const RADIUS: f64 = 4.2;
 
-/// The figure of the first model at a size; none where nothing was chosen.
-pub fn draw(
-    selection: &Selection,
-    model: &ModelRecord,
-    size: usize,
-    font: &Font,
-) -> Option<Drawing> {
-    let is_own = |it: &&Cell| it.model == 0 && it.size == size;
-    let cells: Vec<&Cell> = selection.cells.iter().filter(is_own).collect();
+/// None where nothing was chosen.
+pub fn draw(choices: &Choices<'_>, font: &Font) -> Option<Drawing> {
+    let Choices { model, size, .. } = choices;
+    let cells: Vec<&Cell> = choices.cells().collect();
     let most =
         cells.iter().flat_map(|cell| &cell.chosen).copied().max().filter(|&most| most > 0)?;
     let ramp = Ramp::heat(most as f64);
@@ -37,7 +33,7 @@ pub fn draw(
     let scale = scale.min((height - 2.0 * INSET) / (up[1] - up[0]).max(f64::MIN_POSITIVE));
     let captions: Vec<String> = cells.iter().map(|cell| cell.heuristic.clone()).collect();
     let panels = Panels {
-        title: &format!("Which images were chosen, {size} at a time"),
+        title: &format!("{}Which images were chosen, {size} at a time", choices.of_model()),
         subtitle: "Places of the cameras along the two directions in which they differ most",
         captions: &captions,
         size: [WIDTH, height],

@@ -1,28 +1,24 @@
 //! Box plots of the parameters that the choices of each heuristic gave, in the manner of those of runs.
 
 use super::boxes::Boxes;
+use super::choices::Choices;
 use super::drawing::Drawing;
 use super::font::Font;
 use super::marker::Style;
 use super::number::short;
 use super::subject::Row;
-use crate::selection::experiment::{CameraRecord, Cell, Selection};
+use crate::selection::experiment::CameraRecord;
 use crate::stability::{Parameter, ParameterClass, Sample, SampleState};
 
-/// The figure of a camera of the first model at a size; none where nothing varies.
-pub fn draw(
-    selection: &Selection,
-    camera: &CameraRecord,
-    size: usize,
-    font: &Font,
-) -> Option<Drawing> {
-    let names: Vec<String> =
-        selection.options.heuristics.iter().map(|(name, _)| name.clone()).collect();
+/// The figure of a camera; none where nothing varies.
+pub fn draw(choices: &Choices<'_>, camera: &CameraRecord, font: &Font) -> Option<Drawing> {
+    let heuristics = &choices.selection.options.heuristics;
+    let names: Vec<String> = heuristics.iter().map(|(name, _)| name.clone()).collect();
     let parameters: Vec<Vec<Parameter>> = camera
         .free
         .iter()
         .map(|&place| {
-            names.iter().map(|name| parameter(selection, camera, size, (name, place))).collect()
+            heuristics.iter().map(|(name, _)| parameter(choices, camera, (name, place))).collect()
         })
         .collect();
     let rows: Vec<Row> = parameters
@@ -41,8 +37,11 @@ pub fn draw(
     let full: Vec<String> = full.collect();
     let CameraRecord { camera_id, model, width, height, .. } = camera;
     let figure = Boxes {
-        title: format!("camera {camera_id}, {model}, {width} \u{d7} {height} px"),
-        subtitle: format!("Each parameter over the choices of {size} of each heuristic"),
+        title: format!(
+            "{}camera {camera_id}, {model}, {width} \u{d7} {height} px",
+            choices.of_model()
+        ),
+        subtitle: format!("Each parameter over the choices of {} of each heuristic", choices.size),
         styles: (0..names.len()).map(Style::of_group).collect(),
         labels: names,
         notes: vec![format!("The full reconstruction has {}.", full.join(", "))],
@@ -52,21 +51,16 @@ pub fn draw(
 }
 
 fn parameter(
-    selection: &Selection,
+    choices: &Choices<'_>,
     camera: &CameraRecord,
-    size: usize,
     (heuristic, place): (&str, usize),
 ) -> Parameter {
-    let is_own = |it: &&Cell| it.model == 0 && it.size == size && it.heuristic == heuristic;
     let name = &camera.parameters[place];
-    let cell = selection.cells.iter().find(is_own);
+    let cell = choices.cells().find(|cell| cell.heuristic == heuristic);
     let of_camera =
         cell.and_then(|cell| cell.cameras.iter().find(|it| it.camera_id == camera.camera_id));
     let statistics = of_camera.and_then(|it| it.parameters.iter().find(|(other, _)| other == name));
     let statistics = statistics.map(|(_, statistics)| statistics.clone());
-    let samples = selection.samples.iter().map(|scored| &scored.sample);
-    let samples = samples
-        .filter(|it| it.draw.model == 0 && it.draw.size == size && it.heuristic == heuristic);
     let sample = |it: &crate::selection::experiment::Sample| {
         let own = it.cameras.iter().find(|own| own.camera_id == camera.camera_id);
         let value = own.and_then(|own| own.params.get(place).copied());
@@ -86,7 +80,7 @@ fn parameter(
         name: name.clone(),
         class: ParameterClass::Extra,
         unit: String::new(),
-        samples: samples.map(sample).collect(),
+        samples: choices.samples(heuristic).map(sample).collect(),
         statistics,
         predicted_std: None,
     }

@@ -7,6 +7,7 @@ mod axis;
 mod boxes;
 mod centres;
 mod choice_boxes;
+mod choices;
 mod color;
 mod columns;
 mod contour;
@@ -56,6 +57,7 @@ use std::fmt;
 use crate::selection::experiment::Selection;
 use crate::stability::{Analysis, ComparedCamera, Comparison};
 
+use choices::Choices;
 use drawing::Drawing;
 use font::Font;
 use residuals::ResidualMaps;
@@ -168,8 +170,8 @@ pub fn comparison_figures(comparison: &Comparison) -> Result<Vec<Figure>, PlotEr
     Ok(comparison.cameras.iter().flat_map(of_camera).collect())
 }
 
-/// The figures of an experiment on heuristics: the error by size of all models; of the first model, at each size, the
-/// parameters of each camera, which images were chosen, and where they see something.
+/// The figures of an experiment on heuristics: the error by size of all models; of each model, at each size, which images were
+/// chosen, and of each camera its parameters, and where those images see something.
 pub fn selection_figures(selection: &Selection) -> Result<Vec<Figure>, PlotError> {
     let font = Font::load()?;
     let figure = |kind, stem: &str, of: &str, drawing: Option<Drawing>| {
@@ -178,18 +180,17 @@ pub fn selection_figures(selection: &Selection) -> Result<Vec<Figure>, PlotError
     let learning = learning::draw(selection, &font);
     let mut figures: Vec<Figure> = Vec::new();
     figures.extend(figure(FigureKind::Learning, "heuristics", "all heuristics", learning));
-    let Some(model) = selection.models.first() else { return Ok(figures) };
-    for &size in &model.sizes {
-        let (stem, of) = (format!("size-{size}"), format!("of {size}"));
-        let centres = centres::draw(selection, model, size, &font);
-        figures.extend(figure(FigureKind::Centres, &stem, &of, centres));
-        for camera in &model.cameras {
+    for choices in Choices::all(selection) {
+        let (stem, model, size) = (choices.stem(), choices.of_model(), choices.size);
+        let of = format!("{model}of {size}");
+        figures.extend(figure(FigureKind::Centres, &stem, &of, centres::draw(&choices, &font)));
+        for camera in &choices.model.cameras {
             let id = camera.camera_id;
             let (stem, of) =
-                (format!("size-{size}-camera-{id}"), format!("camera {id}, of {size}"));
-            let boxes = choice_boxes::draw(selection, camera, size, &font);
+                (format!("{stem}-camera-{id}"), format!("{model}camera {id}, of {size}"));
+            let boxes = choice_boxes::draw(&choices, camera, &font);
             figures.extend(figure(FigureKind::Boxes, &stem, &of, boxes));
-            let coverage = coverage::draw(selection, camera, size, &font);
+            let coverage = coverage::draw(&choices, camera, &font);
             figures.extend(figure(FigureKind::Coverage, &stem, &of, coverage));
         }
     }

@@ -65,8 +65,9 @@ fn encode(
     encoder.set_color(png::ColorType::Rgb);
     encoder.set_depth(png::BitDepth::Eight);
     // Flat colours compress best as they are.
-    encoder.set_filter(png::FilterType::NoFilter);
-    encoder.set_compression(png::Compression::Default);
+    encoder.set_filter(png::Filter::NoFilter);
+    // A fifth larger than at the usual level, in half of the time.
+    encoder.set_deflate_compression(png::DeflateCompression::Level(2));
     let density = png::PixelDimensions {
         xppu: PIXELS_PER_METER,
         yppu: PIXELS_PER_METER,

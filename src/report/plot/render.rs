@@ -35,9 +35,13 @@ pub fn render<B: DrawingBackend>(
                 let stroke = Stroke { color: *color, width: view.length(*width) };
                 backend.draw_path(points.iter().map(|&at| view.pixel(at)), &stroke)?;
             }
-            Shape::Area { points, color } => {
-                backend.fill_polygon(points.iter().map(|&at| view.pixel(at)), color)?
-            }
+            // plotters goes through a polygon pixel by pixel, those out of view too.
+            Shape::Area { points, color } => match corners(points) {
+                Some([one, other]) => {
+                    backend.draw_rect(view.pixel(one), view.pixel(other), color, true)?;
+                }
+                None => backend.fill_polygon(points.iter().map(|&at| view.pixel(at)), color)?,
+            },
             Shape::Disc { center, radius, color } => {
                 backend.draw_circle(view.pixel(*center), view.length(*radius), color, true)?;
             }
@@ -48,6 +52,14 @@ pub fn render<B: DrawingBackend>(
         }
     }
     Ok(())
+}
+
+/// Two opposite corners, if it is a rectangle along the axes.
+#[allow(clippy::float_cmp)] // the sides of a rectangle are made of the same numbers
+fn corners(points: &[Point]) -> Option<[Point; 2]> {
+    let [a, b, c, d] = points else { return None };
+    let turns = |x: usize, y: usize| a[x] == b[x] && b[y] == c[y] && c[x] == d[x] && d[y] == a[y];
+    (turns(0, 1) || turns(1, 0)).then_some([*a, *c])
 }
 
 impl View {

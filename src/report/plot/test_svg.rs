@@ -108,5 +108,5 @@ pub fn shown_in_boxes(svg: &str) -> usize {
 pub fn count_of_color(svg: &str, color: &str) -> usize {
     let is_of_color = |element: &&str| attribute(element, "fill") == color;
     let of = |tag: &str| elements(svg, tag).iter().filter(|element| is_of_color(element)).count();
-    of("circle") + of("polygon")
+    of("circle") + of("polygon") + of("rect")
 }

@@ -171,8 +171,8 @@ fn a_png_is_its_svg_at_twice_the_size_within_its_margins() {
     for (name, analysis) in cases() {
         let figure = &figures(&analysis).unwrap()[0];
         let bytes = figure.to_png().unwrap();
-        let mut reader = png::Decoder::new(bytes.as_slice()).read_info().unwrap();
-        let mut image = vec![0; reader.output_buffer_size()];
+        let mut reader = png::Decoder::new(std::io::Cursor::new(&bytes)).read_info().unwrap();
+        let mut image = vec![0; reader.output_buffer_size().unwrap()];
         let info = reader.next_frame(&mut image).unwrap();
         let svg = figure.to_svg().unwrap();
         let size = [number(&svg, "width"), number(&svg, "height")];
