@@ -19,7 +19,7 @@ use super::clustered::{self, Fit};
 use super::covariance::{Covariance, FreeParam, Lambda, OpenDirection, open_or_inverse};
 use super::options::Options;
 use super::problem::{Problem, State};
-use super::schur::Layout;
+use super::schur::{Information, Layout};
 use super::solver::Solver;
 use crate::least_squares::Trial;
 
@@ -31,11 +31,14 @@ pub(super) struct Determined {
     pub covariance: Option<Covariance>,
 }
 
+/// What an adjustment knows at its end: Lambda, and how many directions of poses and points are not determined.
+pub(super) type Known = Option<(Information, usize)>;
+
 /// At a state of this cost; `free` are the parameters that moved and are on no bound.
 pub(super) fn determined(
     problem: &Problem,
     options: &Options,
-    (state, cost): (&State, f64),
+    (state, cost, known): (&State, f64, Known),
     free: Vec<FreeParam>,
 ) -> Determined {
     let resting = problem.limits.resting(state);
@@ -43,7 +46,7 @@ pub(super) fn determined(
     let layout = layout_with_resting(problem, state);
     let residuals = 2 * problem.observations;
     let squared = Options { loss: Loss::Squared, ..options.clone() };
-    let (lambda, nullity) = information(problem, &squared, state, &layout);
+    let (lambda, nullity) = information(problem, &squared, (state, known), &layout);
     let values = of_params(problem, &free, |camera, place| state.params[camera][place]);
     let weights = of_params(problem, &free, |camera, place| problem.limits.weight(camera, place));
     let found = open_or_inverse(&lambda, &values, residuals);
@@ -81,12 +84,12 @@ pub(super) fn determined(
 pub(super) fn open(
     problem: &Problem,
     options: &Options,
-    state: &State,
+    (state, known): (&State, Known),
     free: &[FreeParam],
 ) -> Vec<OpenDirection> {
     let squared = Options { loss: Loss::Squared, ..options.clone() };
     let layout = layout_with_resting(problem, state);
-    let (lambda, _) = information(problem, &squared, state, &layout);
+    let (lambda, _) = information(problem, &squared, (state, known), &layout);
     let values = of_params(problem, free, |camera, place| state.params[camera][place]);
     open_or_inverse(&lambda, &values, 2 * problem.observations).err().unwrap_or_default()
 }
@@ -110,11 +113,11 @@ fn of_params(problem: &Problem, free: &[FreeParam], of: impl Fn(usize, usize) ->
 fn information(
     problem: &Problem,
     options: &Options,
-    state: &State,
+    (state, known): (&State, Known),
     layout: &Layout,
 ) -> (Lambda, usize) {
-    let mut watch = |_: &Trial| ();
-    let (information, nullity) = Solver::new(problem, options, &mut watch).information(state);
+    let afresh = || Solver::new(problem, options, &mut |_: &Trial| ()).information(state);
+    let (information, nullity) = known.unwrap_or_else(afresh);
     (Lambda::new(layout, &information), nullity)
 }
 
@@ -144,7 +147,7 @@ impl Found<'_> {
             let rights = DMatrix::identity(inverse.nrows(), inverse.ncols());
             return Some(Fit { variance, freedom, by_noise, by_priors, rights, loss });
         }
-        let (bent, bent_nullity) = information(problem, options, state, layout);
+        let (bent, bent_nullity) = information(problem, options, (state, None), layout);
         let bread = bent.inverse().filter(|_| bent_nullity == nullity)?;
         let lambda = lambda.matrix();
         let by_priors = &bread * &priors * &bread;

@@ -95,13 +95,14 @@ pub fn adjust_to_optimum(
     let start = problem.start.clone();
     let end = least_squares::minimize(&mut solver, start, &options.stop);
     let end = end.ok_or(BundleError::NoCost)?;
+    let known = solver.last_information(&end.state);
     let before: Vec<(CameraId, Camera)> =
         scene.cameras.iter().map(|(id, camera)| (*id, *camera)).collect();
     let rigs_dissolved = write_back::write_back(&mut scene, &problem, options, &end.state)?;
     let resting = problem.limits.resting(&end.state);
     let free = free_params(&scene, &problem, &resting);
     let Determined { unknowns, rank, sigma_px, covariance } =
-        determined(&problem, options, (&end.state, end.cost), free.clone());
+        determined(&problem, options, (&end.state, end.cost, known), free.clone());
     let outcome = Outcome {
         reason: end.reason,
         initial_cost: end.initial_cost,

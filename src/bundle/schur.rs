@@ -64,6 +64,8 @@ pub(super) struct System {
     scales: Vec<f64>,
     /// The step of each unknown.
     pub step: Vec<f64>,
+    /// What `information` gives, after a solution without damping.
+    pub left: Option<(Information, usize)>,
 }
 
 /// What is known of a step of poses and cameras.
@@ -94,6 +96,7 @@ impl System {
             own_gradient: zeros.clone(),
             scales: zeros.clone(),
             step: zeros,
+            left: None,
             layout,
         }
     }
@@ -221,7 +224,12 @@ impl System {
     /// Solves the damped system; none when it is singular. Without damping, directions that are not determined stay.
     pub(super) fn solve(&mut self, damping: f64) -> Option<Solved> {
         self.scale(damping);
-        self.matrix.factor(self.matrix.tiles(), null(damping))?;
+        self.left = None;
+        let nullity = self.matrix.factor(0..self.pose_tiles, null(damping))?;
+        if damping <= 0.0 {
+            self.left = Some((self.schur_complement(), nullity));
+        }
+        self.matrix.factor(self.pose_tiles..self.matrix.tiles(), null(damping))?;
         let mut step = std::mem::take(&mut self.step);
         step.iter_mut().zip(&self.gradient).for_each(|(step, gradient)| *step = -gradient);
         self.solve_for(&mut step);
@@ -243,13 +251,18 @@ impl System {
     /// and how many directions of the poses are not determined.
     pub(super) fn information(&mut self) -> (Information, usize) {
         self.scale(0.0);
-        let (poses, size) = (self.layout.poses, self.layout.size);
         // With a bound on pivots nothing is singular.
-        let nullity = self.matrix.factor(self.pose_tiles, null(0.0)).unwrap_or(poses);
+        let nullity = self.matrix.factor(0..self.pose_tiles, null(0.0));
+        (self.schur_complement(), nullity.unwrap_or(self.layout.poses))
+    }
+
+    /// What is left of the intrinsics' rows when poses are eliminated.
+    fn schur_complement(&self) -> Information {
+        let (poses, size) = (self.layout.poses, self.layout.size);
         let entry = |row: usize, column| self.matrix.entry(self.rows[row], self.rows[column]);
         let row = |row| (poses..=row).map(|column| entry(row, column)).collect();
         let rows = (poses..size).map(row).collect();
-        (Information { rows, scales: self.scales[poses..].to_vec() }, nullity)
+        Information { rows, scales: self.scales[poses..].to_vec() }
     }
 
     /// Solves the undamped system for each right side, which becomes the answer; gives the gradient. What is held, or not
@@ -257,7 +270,7 @@ impl System {
     pub(super) fn answers(&mut self, rights: &mut [Vec<f64>]) -> Vec<f64> {
         self.scale(0.0);
         // With a bound on pivots nothing is singular.
-        let _ = self.matrix.factor(self.matrix.tiles(), null(0.0));
+        let _ = self.matrix.factor(0..self.matrix.tiles(), null(0.0));
         for right in rights {
             self.solve_for(right);
             right.iter_mut().zip(&self.scales).for_each(|(value, scale)| *value *= scale);

@@ -36,6 +36,8 @@ pub(super) struct Solver<'a> {
     bends: bool,
     /// The fall of the cost that the last step promised.
     predicted: f64,
+    /// In how many directions points were not determined.
+    open_points: usize,
     watch: &'a mut dyn FnMut(&least_squares::Trial),
 }
 
@@ -59,6 +61,7 @@ impl<'a> Solver<'a> {
             freedom: (2 * problem.observations) as f64 - unknowns as f64,
             bends: false,
             predicted: f64::INFINITY,
+            open_points: 0,
             problem,
             options,
             watch,
@@ -97,6 +100,15 @@ impl<'a> Solver<'a> {
         let (.., points) = self.eliminate(0.0);
         let (information, poses) = self.system.information();
         (information, points + poses)
+    }
+
+    /// The information at this state as the last solution left it: none if that was damped, at another state, or of a robust
+    /// loss, whose own curvature tells less than the observations.
+    pub(super) fn last_information(&mut self, state: &State) -> Option<(Information, usize)> {
+        let is_free = self.resting.is_empty() && self.problem.limits.resting(state).is_empty();
+        let (information, poses) = self.system.left.take().filter(|_| is_free)?;
+        let is_squared = self.options.loss == Loss::Squared;
+        is_squared.then_some((information, poses + self.open_points))
     }
 
     /// Solves the undamped system at this state for each right side; gives its gradient, points eliminated.
@@ -194,6 +206,7 @@ impl least_squares::Problem for Solver<'_> {
 
     fn linearize(&mut self, state: &State) {
         self.at.clone_from(state);
+        self.system.left = None;
         // Half the variance of one residual: no unknown is further than about its standard deviation from the end.
         let cost: f64 = self.costs.iter().flatten().sum();
         let is_near = self.predicted <= cost / self.freedom.max(1.0);
@@ -203,7 +216,8 @@ impl least_squares::Problem for Solver<'_> {
     fn solve(&mut self, damping: f64) -> Option<Step> {
         self.resting.clear();
         let (by_points, point_gradient, solved) = loop {
-            let (by_points, point_gradient, _) = self.eliminate(damping);
+            let (by_points, point_gradient, open_points) = self.eliminate(damping);
+            self.open_points = open_points;
             let Some(solved) = self.system.solve(damping) else {
                 // The loss's own curvature may leave no minimum to step to; its weights always do.
                 if !std::mem::take(&mut self.bends) {

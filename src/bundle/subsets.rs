@@ -9,7 +9,7 @@ use std::collections::BTreeSet;
 
 use super::chunk::Sighted;
 use super::covariance::{Covariance, FreeParam};
-use super::determined;
+use super::determined::{self, Known};
 use super::linearize::Sighting;
 use super::optimum::Optimum;
 use super::options::Options;
@@ -61,6 +61,7 @@ pub struct Refit {
     pub optimum: Optimum,
     /// The points that took part, by their numbers among the whole's.
     pub(super) kept: Vec<usize>,
+    known: Known,
 }
 
 impl Subsets {
@@ -128,6 +129,7 @@ impl Sight<'_> {
         let start = problem.start.clone();
         let end = least_squares::minimize(&mut solver, start, &options.stop);
         let end = end.ok_or(BundleError::NoCost)?;
+        let known = solver.last_information(&end.state);
         let resting = problem.limits.resting(&end.state);
         let mut free = free.clone();
         free.retain(|param| {
@@ -153,6 +155,7 @@ impl Sight<'_> {
             intrinsics,
             optimum: Optimum { problem, state: end.state, options: options.clone(), free },
             kept,
+            known,
         })
     }
 
@@ -211,7 +214,7 @@ impl Refit {
     /// The directions of the intrinsics that the observations leave open. The covariance is not made.
     pub fn open(&self) -> Covariance {
         let Optimum { problem, state, options, free } = &self.optimum;
-        let open = determined::open(problem, options, state, free);
+        let open = determined::open(problem, options, (state, self.known.clone()), free);
         Covariance { params: free.clone(), matrix: None, clustered: Vec::new(), open }
     }
 }

@@ -193,17 +193,19 @@ impl Tiles {
         });
     }
 
-    /// Eliminates the first columns of tiles; what is left of the others is their Schur complement. A pivot up to `null` means a
-    /// direction that is not determined: it is left out, and counted; none when `null` is none and there is such a pivot.
-    pub(super) fn factor(&mut self, eliminated: usize, null: Option<f64>) -> Option<usize> {
+    /// Eliminates these columns of tiles, which come after those that are eliminated; what is left of the columns after them is
+    /// their Schur complement. A pivot up to `null` means a direction that is not determined: it is left out, and counted; none
+    /// when `null` is none and there is such a pivot.
+    pub(super) fn factor(&mut self, eliminated: Range<usize>, null: Option<f64>) -> Option<usize> {
+        let Range { start, end } = eliminated;
         let mut nullity = 0;
-        for first in (0..self.columns.len()).step_by(PANEL) {
+        for first in (start..self.columns.len()).step_by(PANEL) {
             let panel = first..(first + PANEL).min(self.columns.len());
-            let known = first.min(eliminated);
-            self.take_from(panel.clone(), 0..known);
+            let known = first.min(end);
+            self.take_from(panel.clone(), start..known);
             for column in panel {
-                self.take_from(column..column + 1, known..column.min(eliminated));
-                if column < eliminated {
+                self.take_from(column..column + 1, known..column.min(end));
+                if column < end {
                     nullity += self.finish(column, null)?;
                 }
             }
@@ -448,7 +450,7 @@ mod tests {
                 let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
                 pool.install(|| {
                     let mut tiles = filled(&matrix, graph.clone());
-                    assert_eq!(tiles.factor(graph.nodes(), None), Some(0));
+                    assert_eq!(tiles.factor(0..graph.nodes(), None), Some(0));
                     let mut found: Vec<f64> = (&matrix * &wanted).iter().copied().collect();
                     tiles.solve(&mut found);
                     found
@@ -475,7 +477,7 @@ mod tests {
     fn what_is_left_is_the_schur_complement() {
         let matrix = example(&star_with_border());
         let mut tiles = filled(&matrix, star_with_border());
-        assert_eq!(tiles.factor(4, Some(1e-14)), Some(0));
+        assert_eq!(tiles.factor(0..4, Some(1e-14)), Some(0));
         let (first, size) = (4 * TILE, 6 * TILE);
         let corner = matrix.view_range(..first, ..first).into_owned().try_inverse().unwrap();
         let side = matrix.view_range(first.., ..first);
@@ -499,7 +501,7 @@ mod tests {
             if row.max(column) < 63 { entry } else { f64::from(row == column) }
         });
         let mut tiles = filled(&matrix, full(2));
-        assert_eq!(tiles.factor(2, Some(1e-12)), Some(3));
+        assert_eq!(tiles.factor(0..2, Some(1e-12)), Some(3));
         let right = &matrix * DVector::from_element(2 * TILE, 1.0);
         let mut found: Vec<f64> = right.iter().copied().collect();
         tiles.solve(&mut found);

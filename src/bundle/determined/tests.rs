@@ -7,8 +7,9 @@ use nalgebra::{DMatrix, DVector, Isometry3, Matrix2x3, Point3, UnitQuaternion, V
 use super::super::testing::{Noise, World, camera};
 use super::super::{Adjusted, Mode, Outcome, Refine, adjust, adjust_to_optimum};
 use super::super::{Loss, Options};
-use super::determined;
+use super::{Problem, Solver, determined};
 use crate::camera::{CameraModel, Job};
+use crate::least_squares::{self, Problem as _, Trial};
 use crate::scene::{
     Camera, CameraId, ImageId, Keypoint, Keypoints, Point3D, Points3D, Scene, TrackElement,
 };
@@ -355,7 +356,7 @@ fn no_covariance_depends_on_the_gauge() {
             let mut problem = optimum.problem.clone();
             problem.layout.held[..problem.layout.poses].fill(false);
             held.iter().for_each(|&unknown| problem.layout.held[unknown] = true);
-            determined(&problem, &options, (&optimum.state, 1.0), optimum.free.clone())
+            determined(&problem, &options, (&optimum.state, 1.0, None), optimum.free.clone())
         };
         let baseline = |image: usize| 6 * image + 3;
         let one = of_gauge(&[0, 1, 2, 3, 4, 5, baseline(17)]);
@@ -373,7 +374,25 @@ fn no_covariance_depends_on_the_gauge() {
     let (adjusted, optimum) = adjust_to_optimum(scene, &options, &mut |_| {}).unwrap();
     let mut loose = optimum.problem.clone();
     loose.layout.held[..loose.layout.poses].fill(false);
-    let loose = determined(&loose, &options, (&optimum.state, 1.0), optimum.free.clone());
+    let loose = determined(&loose, &options, (&optimum.state, 1.0, None), optimum.free.clone());
     let Outcome { rank, unknowns, .. } = adjusted.outcome;
     assert_eq!((loose.rank, loose.unknowns), (rank, unknowns + 7));
+}
+
+#[test]
+fn the_last_step_leaves_what_an_elimination_afresh_gives() {
+    let options = free(Mode::SelfCalibration, Loss::Squared);
+    let problem = Problem::new(&two_cameras(), &options).unwrap();
+    let mut watch = |_: &Trial| ();
+    let mut solver = Solver::new(&problem, &options, &mut watch);
+    let end = least_squares::minimize(&mut solver, problem.start.clone(), &options.stop).unwrap();
+    let (left, nullity) = solver.last_information(&end.state).unwrap();
+    let (afresh, nullity_afresh) = solver.information(&end.state);
+    assert_eq!((left.rows, left.scales, nullity), (afresh.rows, afresh.scales, nullity_afresh));
+    // That of a damped step is not the observations' own, nor that of another state theirs.
+    solver.linearize(&problem.start);
+    assert!(solver.solve(1e-3).is_some() && solver.last_information(&problem.start).is_none());
+    assert!(solver.solve(0.0).is_some());
+    solver.linearize(&end.state);
+    assert!(solver.last_information(&end.state).is_none());
 }
