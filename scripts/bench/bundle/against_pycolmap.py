@@ -9,8 +9,8 @@ All intrinsics move. For each model:
               preprocessing. `whole`: pycolmap's building of the problem, solve() and new point errors; all of calibstab's `adjust`,
               the covariance of the intrinsics included. Memory is what the process grows by after reading, at its peak. Models of
               more than MANY_IMAGES take at most --most-steps, and are compared per step.
-  covariance  at the optimum: estimate_ba_covariance of everything, without building its problem; calibstab's `adjust` without
-              steps, which builds the problem, computes the covariance of the intrinsics and writes back. Not for MANY_IMAGES.
+  covariance  at the optimum: estimate_ba_covariance of everything, without building its problem; what calibstab's `adjust` takes more
+              than its steps: the covariance of the intrinsics, plain and clustered, and writing back. Not for MANY_IMAGES.
   subsets     SUBSETS adjustments of a random half of the images, from the optimum of all: a loop over pycolmap's building of the
               problem and solve() for the first of them, counted for all, and calibstab's Subsets. Only for models of FEW_IMAGES.
 Neither side counts reading and writing files. A ratio is theirs to ours in one round: the median of the rounds.

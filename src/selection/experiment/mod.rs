@@ -86,7 +86,7 @@ impl Experiment {
         let (samples, cells): (Vec<_>, Vec<_>) = scored.into_iter().unzip();
         let samples: Vec<ScoredSample> = samples.into_iter().flatten().collect();
         let names: Vec<String> = order.into_iter().map(str::to_owned).collect();
-        let errors = Errors::new(&samples, names.clone(), self.plan.repeats, is_independent);
+        let errors = Errors::new(&samples, names.clone(), is_independent);
         let rankings = errors.rankings();
         Selection {
             schema_version: SCHEMA_VERSION,

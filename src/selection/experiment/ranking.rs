@@ -1,6 +1,6 @@
 //! Which heuristic is better, and is that certain.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::super::RANDOM;
 use super::result::{Agreement, Cell, RankRow, Ranking, Ratio, ScoredSample, Target};
@@ -9,16 +9,15 @@ use crate::stats::{Contrast, Pair, concordance};
 /// How often a ranking may say that one is better than another that is not.
 const LEVEL: f64 = 0.05;
 /// A heuristic that gives no calibration in more than this share of the repeats, and more than once, is not compared by those that it
-/// gives.
+/// gives. Repeats whose pool has not so many that hang together count for none: there no heuristic can choose.
 const MOST_FAILURES: f64 = 0.1;
 
 /// The squared errors of each heuristic at each size of each model.
 pub(super) struct Errors {
     squares: BTreeMap<(usize, usize, String), BTreeMap<usize, f64>>,
     heuristics: Vec<String>,
-    /// All models and sizes.
-    strata: Vec<(usize, usize)>,
-    repeats: usize,
+    /// All models and sizes, and in how many repeats there was something to choose.
+    strata: BTreeMap<(usize, usize), usize>,
     /// Whether repeats have noise of their own.
     is_independent: bool,
 }
@@ -27,26 +26,27 @@ impl Errors {
     pub(super) fn new(
         samples: &[ScoredSample],
         heuristics: Vec<String>,
-        repeats: usize,
         is_independent: bool,
     ) -> Self {
         let mut squares: BTreeMap<_, BTreeMap<usize, f64>> = BTreeMap::new();
-        let mut strata = Vec::new();
+        let mut chosen: BTreeMap<(usize, usize), BTreeSet<usize>> = BTreeMap::new();
         for ScoredSample { sample, error_px, .. } in samples {
             let draw = sample.draw;
-            strata.push((draw.model, draw.size));
+            if !sample.images.is_empty() {
+                chosen.entry((draw.model, draw.size)).or_default().insert(draw.repeat);
+            }
             let own = squares.entry((draw.model, draw.size, sample.heuristic.clone())).or_default();
             own.extend(error_px.map(|error| (draw.repeat, error * error)));
         }
-        strata.sort_unstable();
-        strata.dedup();
-        Self { squares, heuristics, strata, repeats, is_independent }
+        let strata =
+            chosen.into_iter().map(|(stratum, repeats)| (stratum, repeats.len())).collect();
+        Self { squares, heuristics, strata, is_independent }
     }
 
     /// Over all models and sizes first, then at each size, then of each model where there are several.
     pub(super) fn rankings(&self) -> Vec<Ranking> {
         let distinct = |of: fn(&(usize, usize)) -> usize| {
-            let mut all: Vec<usize> = self.strata.iter().map(of).collect();
+            let mut all: Vec<usize> = self.strata.keys().map(of).collect();
             all.sort_unstable();
             all.dedup();
             all
@@ -66,7 +66,7 @@ impl Errors {
         let is_in = |it: &&(usize, usize)| {
             model.is_none_or(|model| it.0 == model) && size.is_none_or(|size| it.1 == size)
         };
-        let strata: Vec<(usize, usize)> = self.strata.iter().filter(is_in).copied().collect();
+        let strata: Vec<(usize, usize)> = self.strata.keys().filter(is_in).copied().collect();
         let (mut ranked, mut unranked): (Vec<(f64, &str)>, Vec<String>) = (Vec::new(), Vec::new());
         for heuristic in &self.heuristics {
             match self.log_rms(heuristic, &strata) {
@@ -114,7 +114,7 @@ impl Errors {
     fn log_rms(&self, heuristic: &str, strata: &[(usize, usize)]) -> Option<f64> {
         let of_stratum = |&stratum: &(usize, usize)| {
             let own = self.own(heuristic, stratum)?;
-            let (count, all) = (own.len() as f64, self.repeats as f64);
+            let (count, all) = (own.len() as f64, self.strata[&stratum] as f64);
             let mean = own.values().sum::<f64>() / count;
             let is_often = all - count <= (MOST_FAILURES * all).max(1.0);
             (count > 1.0 && is_often && mean > 0.0).then(|| 0.5 * mean.ln())
@@ -234,4 +234,67 @@ pub(super) fn targets(cells: &[Cell], heuristics: &[String], target_px: f64) -> 
         }
     };
     heuristics.iter().map(target).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Draw, Sample};
+    use super::*;
+
+    const REPEATS: usize = 12;
+
+    /// Ten repeats and two heuristics, of which one errs half as much; what each makes of a repeat.
+    fn ranking(fate: impl Fn(&str, usize) -> Fate) -> Ranking {
+        let mut samples = Vec::new();
+        for (heuristic, scale) in [("good", 1.0), ("bad", 2.0)] {
+            for repeat in 0..REPEATS {
+                let fate = fate(heuristic, repeat);
+                let error_px = matches!(fate, Fate::Calibrates)
+                    .then_some(scale * (1.0 + 0.1 * (scale * repeat as f64).sin()));
+                let images = if matches!(fate, Fate::ChoosesNothing) { vec![] } else { vec![1, 2] };
+                let sample = Sample {
+                    draw: Draw { model: 0, size: 2, repeat },
+                    heuristic: heuristic.to_owned(),
+                    images,
+                    failure: None,
+                    cameras: vec![],
+                    held_out_px: None,
+                };
+                samples.push(ScoredSample { sample, error_px, raw_error_px: None });
+            }
+        }
+        let names = ["good", "bad"].map(str::to_owned).to_vec();
+        Errors::new(&samples, names, true).rankings().remove(0)
+    }
+
+    enum Fate {
+        ChoosesNothing,
+        Fails,
+        Calibrates,
+    }
+
+    #[test]
+    fn a_pool_that_no_heuristic_can_choose_from_is_held_against_none() {
+        let ranking =
+            ranking(
+                |_, repeat| {
+                    if repeat % 3 == 0 { Fate::ChoosesNothing } else { Fate::Calibrates }
+                },
+            );
+        assert_eq!((ranking.unranked.len(), ranking.winner.as_deref()), (0, Some("good")));
+    }
+
+    #[test]
+    fn a_heuristic_that_fails_where_another_does_not_is_not_compared() {
+        for fate in [|| Fate::Fails, || Fate::ChoosesNothing] {
+            let ranking = ranking(|heuristic, repeat| {
+                if heuristic == "good" && repeat % 3 == 0 { fate() } else { Fate::Calibrates }
+            });
+            assert_eq!((ranking.unranked, ranking.winner), (vec!["good".to_owned()], None));
+        }
+        // A choice that gives no calibration is held against those that made it, though all did.
+        let ranking =
+            ranking(|_, repeat| if repeat % 3 == 0 { Fate::Fails } else { Fate::Calibrates });
+        assert_eq!(ranking.unranked.len(), 2);
+    }
 }

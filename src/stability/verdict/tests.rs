@@ -202,7 +202,7 @@ fn what_runs_share_is_allowed_for_in_spread_and_interval() {
 type Change = fn(&mut Case);
 
 /// How many runs, what is changed about them, and what the verdict must be.
-fn causes() -> [(usize, Change, VerdictKind, &'static [FindingId]); 28] {
+fn causes() -> [(usize, Change, VerdictKind, &'static [FindingId]); 30] {
     use FindingId::*;
     use VerdictKind::*;
     [
@@ -218,6 +218,9 @@ fn causes() -> [(usize, Change, VerdictKind, &'static [FindingId]); 28] {
         (6, |c| c.one.overlap = Some(overlap(0.95, None)), Doubtful, &[SharedObservations]),
         (6, |c| c.one.prediction = Some(with_birge(1.51, None)), Doubtful, &[Birge]),
         (6, |c| c.one.prediction = Some(with_birge(1.2, Some(1.49))), Repeatable, &[]),
+        (6, |c| c.one.prediction = Some(with_birge(1.2, Some(1.51))), Doubtful, &[Birge]),
+        // Of so many runs a copy leaves enough.
+        (6, |c| c.runs[0].duplicate_of = Some("run1".to_owned()), Repeatable, &[]),
         (6, |c| c.one.held = held(9e-4, 0.51), Doubtful, &[HeldParameter]),
         (6, |c| c.one.held = held(9e-4, 0.49), Repeatable, &[]),
         (6, |c| c.one.held = held(1.1e-3, 9.0), Repeatable, &[]),
@@ -268,6 +271,17 @@ fn each_cause_alone_gives_its_verdict() {
     let untested: Vec<FindingId> =
         FindingId::all().filter(weighs).filter(|id| !seen.contains(id)).collect();
     assert_eq!(untested, [], "kinds of finding that bear on a verdict and are in no case");
+}
+
+#[test]
+fn points_that_do_not_fit_are_told_where_there_are_surely_many() {
+    let is_told = |p: f64, sigma_ratio: f64| {
+        let mut case = case(6);
+        case.one.residuals = residuals(p, 0.0, sigma_ratio);
+        let findings = remarks::populations(&mut [case.one], &case.runs);
+        findings.iter().any(|finding| finding.id == FindingId::HeavyTails)
+    };
+    assert!(is_told(9e-4, 1.41) && !is_told(9e-4, 1.39) && !is_told(1.1e-3, 1.6));
 }
 
 #[test]
