@@ -19,8 +19,8 @@ use super::clustered::{self, Fit};
 use super::covariance::{Covariance, FreeParam, Lambda, OpenDirection, open_or_inverse};
 use super::options::Options;
 use super::problem::{Problem, State};
-use super::schur::{Information, Layout};
-use super::solver::Solver;
+use super::schur::Layout;
+use super::solver::{Known, Solver};
 use crate::least_squares::Trial;
 
 /// What is determined, and how well.
@@ -30,9 +30,6 @@ pub(super) struct Determined {
     pub sigma_px: Option<f64>,
     pub covariance: Option<Covariance>,
 }
-
-/// What an adjustment knows at its end: Lambda, and how many directions of poses and points are not determined.
-pub(super) type Known = Option<(Information, usize)>;
 
 /// At a state of this cost; `free` are the parameters that moved and are on no bound.
 pub(super) fn determined(

@@ -6,9 +6,8 @@ use super::limits::Resting;
 use super::optimum::Optimum;
 use super::options::Options;
 use super::problem::{Dropped, Problem};
-use super::solver::Solver;
-use super::{BundleError, write_back};
-use crate::least_squares::{self, Reason, Trial};
+use super::{BundleError, solver, write_back};
+use crate::least_squares::{Reason, Trial};
 use crate::scene::{Camera, CameraId, Scene};
 
 /// A scene after adjustment.
@@ -91,11 +90,7 @@ pub fn adjust_to_optimum(
     watch: &mut dyn FnMut(&Trial),
 ) -> Result<(Adjusted, Optimum), BundleError> {
     let problem = Problem::new(&scene, options)?;
-    let mut solver = Solver::new(&problem, options, watch);
-    let start = problem.start.clone();
-    let end = least_squares::minimize(&mut solver, start, &options.stop);
-    let end = end.ok_or(BundleError::NoCost)?;
-    let known = solver.last_information(&end.state);
+    let (end, known) = solver::minimize(&problem, options, watch)?;
     let before: Vec<(CameraId, Camera)> =
         scene.cameras.iter().map(|(id, camera)| (*id, *camera)).collect();
     let rigs_dissolved = write_back::write_back(&mut scene, &problem, options, &end.state)?;

@@ -3,7 +3,6 @@
 use nalgebra::{UnitQuaternion, Vector3};
 use rayon::prelude::*;
 
-use super::Loss;
 use super::chunk::Chunk;
 use super::eliminate::{Sums, View, eliminate};
 use super::follow::{Followed, PointStep, Room, follow};
@@ -12,7 +11,12 @@ use super::linearize::{Params, Placed, Row};
 use super::options::Options;
 use super::problem::{Problem, State};
 use super::schur::{Information, System};
+use super::{BundleError, Loss};
 use crate::least_squares::{self, Step};
+
+/// What an adjustment knows at its end: the information on the intrinsics, and in how many directions poses and points are not
+/// determined.
+pub(super) type Known = Option<(Information, usize)>;
 
 /// The problem with room to work in.
 pub(super) struct Solver<'a> {
@@ -104,7 +108,7 @@ impl<'a> Solver<'a> {
 
     /// The information at this state as the last solution left it: none if that was damped, at another state, or of a robust
     /// loss, whose own curvature tells less than the observations.
-    pub(super) fn last_information(&mut self, state: &State) -> Option<(Information, usize)> {
+    pub(super) fn last_information(&mut self, state: &State) -> Known {
         let is_free = self.resting.is_empty() && self.problem.limits.resting(state).is_empty();
         let (information, poses) = self.system.left.take().filter(|_| is_free)?;
         let is_squared = self.options.loss == Loss::Squared;
@@ -149,6 +153,19 @@ impl<'a> Solver<'a> {
         }
         total
     }
+}
+
+/// Adjusts a problem from its start; with what is known there of the intrinsics, if the last step left it.
+pub(super) fn minimize(
+    problem: &Problem,
+    options: &Options,
+    watch: &mut dyn FnMut(&least_squares::Trial),
+) -> Result<(least_squares::Outcome<State>, Known), BundleError> {
+    let mut solver = Solver::new(problem, options, watch);
+    let end = least_squares::minimize(&mut solver, problem.start.clone(), &options.stop);
+    let end = end.ok_or(BundleError::NoCost)?;
+    let known = solver.last_information(&end.state);
+    Ok((end, known))
 }
 
 /// How many chunks are worked on before their sums are added: enough to keep all threads busy, few enough to be forgotten.

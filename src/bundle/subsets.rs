@@ -9,16 +9,15 @@ use std::collections::BTreeSet;
 
 use super::chunk::Sighted;
 use super::covariance::{Covariance, FreeParam};
-use super::determined::{self, Known};
 use super::linearize::Sighting;
 use super::optimum::Optimum;
 use super::options::Options;
 use super::outcome::free_params;
 use super::problem::{Problem, State, padded, placed};
-use super::solver::Solver;
-use super::{BundleError, Dropped};
+use super::solver::{self, Known};
+use super::{BundleError, Dropped, determined};
 use crate::camera::Intrinsics;
-use crate::least_squares::{self, Reason, Trial};
+use crate::least_squares::Reason;
 use crate::scene::{CameraId, Estimates, ImageId, Scene};
 
 /// A scene of which many subsets of images are adjusted.
@@ -124,12 +123,7 @@ impl Sight<'_> {
     pub fn adjust(&self, images: &BTreeSet<ImageId>) -> Result<Refit, BundleError> {
         let Subsets { options, free, cameras, .. } = self.subsets;
         let (problem, kept) = self.masked(images)?;
-        let mut watch = |_: &Trial| ();
-        let mut solver = Solver::new(&problem, options, &mut watch);
-        let start = problem.start.clone();
-        let end = least_squares::minimize(&mut solver, start, &options.stop);
-        let end = end.ok_or(BundleError::NoCost)?;
-        let known = solver.last_information(&end.state);
+        let (end, known) = solver::minimize(&problem, options, &mut |_| ())?;
         let resting = problem.limits.resting(&end.state);
         let mut free = free.clone();
         free.retain(|param| {
