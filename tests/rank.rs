@@ -143,9 +143,10 @@ fn the_record_tells_what_was_asked_and_found() {
     }
     for stem in [
         "heuristics-learning",
-        "size-4-centres",
-        "size-6-camera-1-boxes",
-        "size-6-camera-1-coverage",
+        "model-1-size-4-centres",
+        "model-2-size-4-centres",
+        "model-2-size-6-camera-1-boxes",
+        "model-2-size-6-camera-1-coverage",
     ] {
         for ending in ["svg", "png"] {
             assert!(folder.path().join(format!("plots/{stem}.{ending}")).is_file(), "{stem}");

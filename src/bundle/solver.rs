@@ -1,13 +1,13 @@
 //! The problem as Levenberg-Marquardt's loop sees it: cost, system, step.
 
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::Vector3;
 use rayon::prelude::*;
 
 use super::chunk::Chunk;
 use super::eliminate::{Sums, View, eliminate};
 use super::follow::{Followed, PointStep, Room, follow};
 use super::limits::Resting;
-use super::linearize::{Params, Placed, Row};
+use super::linearize::{Params, Row};
 use super::options::Options;
 use super::problem::{Problem, State};
 use super::schur::{Information, System};
@@ -263,9 +263,7 @@ impl least_squares::Problem for Solver<'_> {
 
     fn step(&self, state: &State, moved: &mut State) {
         for ((to, from), step) in moved.poses.iter_mut().zip(&state.poses).zip(&self.pose_steps) {
-            let [a, b, c, x, y, z] = step.map(|part| self.share * part);
-            let turn = from.turn * UnitQuaternion::from_scaled_axis(Vector3::new(a, b, c));
-            *to = Placed::new(turn, from.translation + from.rotation * Vector3::new(x, y, z));
+            *to = from.moved(step.map(|part| self.share * part));
         }
         moved.params.clone_from(&state.params);
         for ((params, step), lens) in
