@@ -25,7 +25,7 @@ pub struct Seen {
 }
 
 impl Sight<'_> {
-    /// The images that took no part in a refit.
+    /// The images that took no part in a refit, of cameras of which others did: of the rest the refit gives no lens.
     pub fn bystanders<'a>(&'a self, refit: &'a Refit) -> Vec<Bystander<'a>> {
         let Subsets { whole, tracks, .. } = self.subsets;
         let (problem, state) = (&refit.optimum.problem, &refit.optimum.state);
@@ -42,8 +42,9 @@ impl Sight<'_> {
         }
         let bystander = |(image, seen): (usize, Option<Vec<(u32, Seen)>>)| {
             let mut seen = seen?;
-            seen.sort_unstable_by_key(|(keypoint, _)| *keypoint);
             let camera = whole.camera_of[image] as usize;
+            refit.intrinsics.iter().find(|(id, _)| *id == whole.cameras[camera])?;
+            seen.sort_unstable_by_key(|(keypoint, _)| *keypoint);
             Some(Bystander {
                 seen: seen.into_iter().map(|(_, seen)| seen).collect(),
                 lens: &problem.lenses[camera],
@@ -186,6 +187,20 @@ mod tests {
             }
         }
         assert!(count > 300, "{count}");
+    }
+
+    #[test]
+    fn images_of_a_camera_of_which_none_took_part_are_no_bystanders() {
+        let lens = camera("OPENCV", &[1000.0, 1010.0, 645.0, 472.0, -0.1, 0.03, 0.001, -0.0005]);
+        let scene = World::ring(vec![lens, lens], 8, 100).scene();
+        let (subsets, pixels) =
+            (Subsets::new(&scene, &Options::default()).unwrap(), scene.pixels());
+        let sight = subsets.seen(&pixels, &scene.estimates()).unwrap();
+        // The cameras took every second image.
+        for (chosen, bystanders) in [([1, 3, 5], 1), ([1, 2, 3], 5)] {
+            let refit = sight.adjust(&chosen.map(ImageId).into()).unwrap();
+            assert_eq!(sight.bystanders(&refit).len(), bystanders);
+        }
     }
 
     #[test]
