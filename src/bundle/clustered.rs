@@ -22,7 +22,7 @@ use super::options::Options;
 use super::point::InverseFactor;
 use super::problem::{Problem, State};
 use super::rows::block_of;
-use super::solver::{Solver, view};
+use super::solver::{Known, Solver, view};
 use crate::least_squares::Trial;
 use crate::scene::CameraId;
 
@@ -80,7 +80,7 @@ struct Wanted {
 pub(super) fn of_cameras(
     problem: &Problem,
     squared: &Options,
-    state: &State,
+    (state, known): (&State, Option<Known>),
     params: &[FreeParam],
     fit: &Fit,
 ) -> Vec<Clustered> {
@@ -101,8 +101,13 @@ pub(super) fn of_cameras(
             directions.push(right);
         }
     }
-    let mut watch = |_: &Trial| ();
-    Solver::new(problem, squared, &mut watch).answers(state, &mut directions);
+    match known {
+        Some(mut known) => known.system.more_answers(&mut directions),
+        None => {
+            let mut watch = |_: &Trial| ();
+            Solver::new(problem, squared, &mut watch).answers(state, &mut directions);
+        }
+    }
     let pass = Pass {
         problem,
         view: view(problem, squared, state, false),

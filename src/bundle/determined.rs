@@ -35,7 +35,7 @@ pub(super) struct Determined {
 pub(super) fn determined(
     problem: &Problem,
     options: &Options,
-    (state, cost, known): (&State, f64, Known),
+    (state, cost, known): (&State, f64, Option<Known>),
     free: Vec<FreeParam>,
 ) -> Determined {
     let resting = problem.limits.resting(state);
@@ -43,7 +43,7 @@ pub(super) fn determined(
     let layout = layout_with_resting(problem, state);
     let residuals = 2 * problem.observations;
     let squared = Options { loss: Loss::Squared, ..options.clone() };
-    let (lambda, nullity) = information(problem, &squared, (state, known), &layout);
+    let (lambda, nullity) = information(problem, &squared, (state, known.as_ref()), &layout);
     let values = of_params(problem, &free, |camera, place| state.params[camera][place]);
     let weights = of_params(problem, &free, |camera, place| problem.limits.weight(camera, place));
     let found = open_or_inverse(&lambda, &values, residuals);
@@ -69,7 +69,7 @@ pub(super) fn determined(
             let fit = at.fit((&lambda, nullity), inverse, (psi, freedom));
             covariance.matrix = fit.as_ref().map(|fit| rows(&fit.covariance()));
             covariance.clustered = fit.map_or(vec![], |fit| {
-                clustered::of_cameras(problem, &squared, state, &covariance.params, &fit)
+                clustered::of_cameras(problem, &squared, (state, known), &covariance.params, &fit)
             });
         }
         Ok(_) => {}
@@ -81,7 +81,7 @@ pub(super) fn determined(
 pub(super) fn open(
     problem: &Problem,
     options: &Options,
-    (state, known): (&State, Known),
+    (state, known): (&State, Option<&Known>),
     free: &[FreeParam],
 ) -> Vec<OpenDirection> {
     let squared = Options { loss: Loss::Squared, ..options.clone() };
@@ -110,11 +110,14 @@ fn of_params(problem: &Problem, free: &[FreeParam], of: impl Fn(usize, usize) ->
 fn information(
     problem: &Problem,
     options: &Options,
-    (state, known): (&State, Known),
+    (state, known): (&State, Option<&Known>),
     layout: &Layout,
 ) -> (Lambda, usize) {
-    let afresh = || Solver::new(problem, options, &mut |_: &Trial| ()).information(state);
-    let (information, nullity) = known.unwrap_or_else(afresh);
+    if let Some(Known { information, nullity, .. }) = known {
+        return (Lambda::new(layout, information), *nullity);
+    }
+    let mut watch = |_: &Trial| ();
+    let (information, nullity) = Solver::new(problem, options, &mut watch).information(state);
     (Lambda::new(layout, &information), nullity)
 }
 

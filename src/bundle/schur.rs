@@ -271,11 +271,16 @@ impl System {
         self.scale(0.0);
         // With a bound on pivots nothing is singular.
         let _ = self.matrix.factor(0..self.matrix.tiles(), null(0.0));
+        self.more_answers(rights);
+        self.gradient.clone()
+    }
+
+    /// The same once more, with the factor that there is.
+    pub(super) fn more_answers(&mut self, rights: &mut [Vec<f64>]) {
         for right in rights {
             self.solve_for(right);
             right.iter_mut().zip(&self.scales).for_each(|(value, scale)| *value *= scale);
         }
-        self.gradient.clone()
     }
 
     /// The step of one pose.

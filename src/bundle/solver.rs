@@ -14,9 +14,15 @@ use super::schur::{Information, System};
 use super::{BundleError, Loss};
 use crate::least_squares::{self, Step};
 
-/// What an adjustment knows at its end: the information on the intrinsics, and in how many directions poses and points are not
-/// determined.
-pub(super) type Known = Option<(Information, usize)>;
+/// What the last step of an adjustment leaves, if it is undamped and not taken.
+#[derive(Debug, Clone)]
+pub(super) struct Known {
+    pub information: Information,
+    /// In how many directions poses and points are not determined.
+    pub nullity: usize,
+    /// With its factor.
+    pub system: System,
+}
 
 /// The problem with room to work in.
 pub(super) struct Solver<'a> {
@@ -106,13 +112,13 @@ impl<'a> Solver<'a> {
         (information, points + poses)
     }
 
-    /// The information at this state as the last solution left it: none if that was damped, at another state, or of a robust
-    /// loss, whose own curvature tells less than the observations.
-    pub(super) fn last_information(&mut self, state: &State) -> Known {
+    /// What the last solution knows of this state: nothing if that was damped, at another state, or of a robust loss, whose own
+    /// curvature tells less than the observations.
+    pub(super) fn into_known(mut self, state: &State) -> Option<Known> {
         let is_free = self.resting.is_empty() && self.problem.limits.resting(state).is_empty();
-        let (information, poses) = self.system.left.take().filter(|_| is_free)?;
         let is_squared = self.options.loss == Loss::Squared;
-        is_squared.then_some((information, poses + self.open_points))
+        let (information, poses) = self.system.left.take().filter(|_| is_free && is_squared)?;
+        Some(Known { information, nullity: poses + self.open_points, system: self.system })
     }
 
     /// Solves the undamped system at this state for each right side; gives its gradient, points eliminated.
@@ -155,16 +161,16 @@ impl<'a> Solver<'a> {
     }
 }
 
-/// Adjusts a problem from its start; with what is known there of the intrinsics, if the last step left it.
+/// Adjusts a problem from its start; with what its last step leaves.
 pub(super) fn minimize(
     problem: &Problem,
     options: &Options,
     watch: &mut dyn FnMut(&least_squares::Trial),
-) -> Result<(least_squares::Outcome<State>, Known), BundleError> {
+) -> Result<(least_squares::Outcome<State>, Option<Known>), BundleError> {
     let mut solver = Solver::new(problem, options, watch);
     let end = least_squares::minimize(&mut solver, problem.start.clone(), &options.stop);
     let end = end.ok_or(BundleError::NoCost)?;
-    let known = solver.last_information(&end.state);
+    let known = solver.into_known(&end.state);
     Ok((end, known))
 }
 

@@ -60,7 +60,7 @@ pub struct Refit {
     pub optimum: Optimum,
     /// The points that took part, by their numbers among the whole's.
     pub(super) kept: Vec<usize>,
-    known: Known,
+    known: Option<Known>,
 }
 
 impl Subsets {
@@ -208,7 +208,7 @@ impl Refit {
     /// The directions of the intrinsics that the observations leave open. The covariance is not made.
     pub fn open(&self) -> Covariance {
         let Optimum { problem, state, options, free } = &self.optimum;
-        let open = determined::open(problem, options, (state, self.known.clone()), free);
+        let open = determined::open(problem, options, (state, self.known.as_ref()), free);
         Covariance { params: free.clone(), matrix: None, clustered: Vec::new(), open }
     }
 }

@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, DVector, Isometry3, Matrix2x3, Point3, UnitQuaternion, V
 use super::super::testing::{Noise, World, camera};
 use super::super::{Adjusted, Mode, Outcome, Refine, adjust, adjust_to_optimum};
 use super::super::{Loss, Options};
-use super::{Problem, Solver, determined};
+use super::{Known, Problem, Solver, State, determined};
 use crate::camera::{CameraModel, Job};
 use crate::least_squares::{self, Problem as _, Trial};
 use crate::scene::{
@@ -386,13 +386,27 @@ fn the_last_step_leaves_what_an_elimination_afresh_gives() {
     let mut watch = |_: &Trial| ();
     let mut solver = Solver::new(&problem, &options, &mut watch);
     let end = least_squares::minimize(&mut solver, problem.start.clone(), &options.stop).unwrap();
-    let (left, nullity) = solver.last_information(&end.state).unwrap();
-    let (afresh, nullity_afresh) = solver.information(&end.state);
-    assert_eq!((left.rows, left.scales, nullity), (afresh.rows, afresh.scales, nullity_afresh));
+    let mut known = solver.into_known(&end.state).unwrap();
+    let mut solver = Solver::new(&problem, &options, &mut watch);
+    let (afresh, nullity) = solver.information(&end.state);
+    let Known { information, system, .. } = &mut known;
+    assert_eq!((&information.rows, &information.scales), (&afresh.rows, &afresh.scales));
+    let right = (0..problem.layout.size).map(|at| (at as f64).sin()).collect::<Vec<f64>>();
+    let [mut one, mut other] = [vec![right.clone()], vec![right]];
+    system.more_answers(&mut one);
+    solver.answers(&end.state, &mut other);
+    assert_eq!((one, known.nullity), (other, nullity));
     // That of a damped step is not the observations' own, nor that of another state theirs.
-    solver.linearize(&problem.start);
-    assert!(solver.solve(1e-3).is_some() && solver.last_information(&problem.start).is_none());
-    assert!(solver.solve(0.0).is_some());
-    solver.linearize(&end.state);
-    assert!(solver.last_information(&end.state).is_none());
+    let leaves = |damping: f64, state: &State| {
+        let mut watch = |_: &Trial| ();
+        let mut solver = Solver::new(&problem, &options, &mut watch);
+        solver.linearize(&problem.start);
+        assert!(solver.solve(damping).is_some());
+        if !std::ptr::eq(state, &problem.start) {
+            solver.linearize(state);
+        }
+        solver.into_known(state).is_some()
+    };
+    assert!(leaves(0.0, &problem.start));
+    assert!(!leaves(1e-3, &problem.start) && !leaves(0.0, &end.state));
 }
