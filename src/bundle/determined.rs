@@ -20,7 +20,7 @@ use super::covariance::{Covariance, FreeParam, Lambda, OpenDirection, open_or_in
 use super::options::Options;
 use super::problem::{Problem, State};
 use super::schur::Layout;
-use super::solver::{Known, Solver};
+use super::solver::{Known, Solver, sum_of};
 use crate::least_squares::Trial;
 
 /// What is determined, and how well.
@@ -159,25 +159,10 @@ impl Found<'_> {
     /// |psi|^2
     fn square_of_psi(&self) -> f64 {
         let Self { problem, options, state, .. } = self;
-        let of_chunk = |chunk: &Chunk| {
-            let mut sum = 0.0;
-            let mut start = 0;
-            for (&end, point) in chunk.ends.iter().zip(&state.points[chunk.points.clone()]) {
-                for sighting in &chunk.sightings[start..end as usize] {
-                    let image = sighting.image as usize;
-                    let camera = chunk.cameras[chunk.camera_of[image] as usize] as usize;
-                    let pose = &state.poses[chunk.images[image] as usize];
-                    let residual = problem.lenses[camera].kernel.residual;
-                    // What cannot be projected has no cost, and no adjustment ends there.
-                    let seen = residual(&state.params[camera], pose, point, &sighting.xy);
-                    let square = seen.map_or(f64::NAN, |[x, y]| x * x + y * y);
-                    sum += options.loss.at(square).slope.powi(2) * square;
-                }
-                start = end as usize;
-            }
-            sum
-        };
-        problem.chunks.iter().map(of_chunk).sum()
+        let square_of_psi = |square: f64| options.loss.at(square).slope.powi(2) * square;
+        let of_chunk = |chunk: &Chunk| sum_of(chunk, problem, state, square_of_psi);
+        // What cannot be projected has no cost, and no adjustment ends there.
+        problem.chunks.iter().map(of_chunk).sum::<Option<f64>>().unwrap_or(f64::NAN)
     }
 }
 

@@ -200,6 +200,17 @@ pub(super) fn view<'a>(
 
 /// The cost of a chunk's points; none where one cannot be projected.
 fn cost(chunk: &Chunk, problem: &Problem, loss: Loss, state: &State) -> Option<f64> {
+    Some(0.5 * sum_of(chunk, problem, state, |square| loss.at(square).value)?)
+}
+
+/// A sum over a chunk's observations of something of the square of the residual; none where one cannot be projected.
+#[inline]
+pub(super) fn sum_of(
+    chunk: &Chunk,
+    problem: &Problem,
+    state: &State,
+    of: impl Fn(f64) -> f64,
+) -> Option<f64> {
     let mut sum = 0.0;
     let mut start = 0;
     for (&end, point) in chunk.ends.iter().zip(&state.points[chunk.points.clone()]) {
@@ -209,11 +220,11 @@ fn cost(chunk: &Chunk, problem: &Problem, loss: Loss, state: &State) -> Option<f
             let pose = &state.poses[chunk.images[image] as usize];
             let residual = problem.lenses[camera].kernel.residual;
             let [x, y] = residual(&state.params[camera], pose, point, &sighting.xy)?;
-            sum += loss.at(x * x + y * y).value;
+            sum += of(x * x + y * y);
         }
         start = end as usize;
     }
-    Some(0.5 * sum)
+    Some(sum)
 }
 
 impl least_squares::Problem for Solver<'_> {

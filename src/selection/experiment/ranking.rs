@@ -243,7 +243,7 @@ mod tests {
 
     const REPEATS: usize = 12;
 
-    /// Ten repeats and two heuristics, of which one errs half as much; what each makes of a repeat.
+    /// Some repeats and two heuristics, of which one errs half as much; what each makes of a repeat.
     fn ranking(fate: impl Fn(&str, usize) -> Fate) -> Ranking {
         let mut samples = Vec::new();
         for (heuristic, scale) in [("good", 1.0), ("bad", 2.0)] {
